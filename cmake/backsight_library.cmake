@@ -1,0 +1,16 @@
+# backsight_library(<folder> SOURCES ... LINKS ... PRIVATE_LINKS ...)
+# Every folder's library is called backsight_<folder>; headers are included from the root.
+function(backsight_library name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINKS;PRIVATE_LINKS" ${ARGN})
+  add_library(backsight_${name} STATIC ${ARG_SOURCES})
+  target_include_directories(backsight_${name} PUBLIC ${PROJECT_SOURCE_DIR})
+  target_link_libraries(backsight_${name} PUBLIC ${ARG_LINKS} PRIVATE ${ARG_PRIVATE_LINKS})
+  backsight_warnings(backsight_${name})
+endfunction()
+
+function(backsight_warnings target)
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Wconversion -Wshadow)
+  if(BACKSIGHT_WERROR)
+    target_compile_options(${target} PRIVATE -Werror)
+  endif()
+endfunction()

@@ -1,0 +1,55 @@
+#include "core/execution.h"
+
+#include <tbb/global_control.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <thread>
+
+#include "core/error.h"
+
+namespace backsight {
+
+struct ExecutionContext::Arena {
+  // TBB offers one thread per core; global_control lets tests ask for more threads than cores.
+  explicit Arena(int threads)
+      : limit(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads)),
+        arena(threads) {}
+  tbb::global_control limit;
+  tbb::task_arena arena;
+};
+
+ExecutionContext::ExecutionContext(int threads, std::uint64_t seed, EventSink* events,
+                                   std::stop_token stop)
+    : seed_(seed), events_(events), stop_(std::move(stop)) {
+  if (threads <= 0) threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  arena_ = std::make_shared<Arena>(threads);
+}
+
+int ExecutionContext::threads() const { return arena_->arena.max_concurrency(); }
+
+void ExecutionContext::Progress(std::string_view stage, std::size_t done, std::size_t total) const {
+  if (events_ != nullptr) events_->Progress(stage, done, total);
+}
+
+void ExecutionContext::CheckStop() const {
+  if (stop_.stop_requested()) throw Interrupted();
+}
+
+void ExecutionContext::ParallelFor(std::size_t n, const std::function<void(std::size_t)>& body,
+                                   std::size_t grain) const {
+  arena_->arena.execute([&] {
+    tbb::parallel_for(
+        tbb::blocked_range<std::size_t>(0, n, grain),
+        [&](const tbb::blocked_range<std::size_t>& range) {
+          for (std::size_t i = range.begin(); i != range.end(); ++i) body(i);
+        },
+        tbb::simple_partitioner());
+  });
+}
+
+void ExecutionContext::Send(EventSink::Level level, std::string_view text) const {
+  if (events_ != nullptr) events_->Message(level, text);
+}
+
+}  // namespace backsight

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <stop_token>
+#include <string_view>
+
+namespace backsight {
+
+/// Receives what people and machines want to see of a run. Implementations must be thread-safe.
+class EventSink {
+ public:
+  enum class Level { kDebug, kInfo, kWarning, kError };
+  virtual ~EventSink() = default;
+  virtual void Message(Level level, std::string_view text) = 0;
+  /// `done` of `total` units of `stage` are finished.
+  virtual void Progress(std::string_view stage, std::size_t done, std::size_t total) = 0;
+};
+
+/// What every stage is handed: threads, seed, events, stop request. Cheap to copy.
+class ExecutionContext {
+ public:
+  /// `threads` 0 means all cores. `events` may be null and must outlive the context.
+  explicit ExecutionContext(int threads = 1, std::uint64_t seed = 0, EventSink* events = nullptr,
+                            std::stop_token stop = {});
+
+  int threads() const;
+  std::uint64_t seed() const { return seed_; }
+  void Debug(std::string_view text) const { Send(EventSink::Level::kDebug, text); }
+  void Info(std::string_view text) const { Send(EventSink::Level::kInfo, text); }
+  void Warning(std::string_view text) const { Send(EventSink::Level::kWarning, text); }
+  void Progress(std::string_view stage, std::size_t done, std::size_t total) const;
+
+  /// Throws Interrupted if a stop was requested. Call it between units of work.
+  void CheckStop() const;
+
+  /// Runs body(i) for every i in [0, n), on all threads of this context; nesting is allowed. The
+  /// first exception is rethrown. Results must go to place i, so that they do not depend on
+  /// scheduling; `grain` indices at a time go to one thread.
+  void ParallelFor(std::size_t n, const std::function<void(std::size_t)>& body,
+                   std::size_t grain = 1) const;
+
+ private:
+  struct Arena;
+  void Send(EventSink::Level level, std::string_view text) const;
+
+  std::shared_ptr<Arena> arena_;
+  std::uint64_t seed_ = 0;
+  EventSink* events_ = nullptr;
+  std::stop_token stop_;
+};
+
+}  // namespace backsight

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+namespace backsight {
+
+/// Spherical image of what a scanner saw: nearest and farthest range per direction. Rows run over
+/// polar angle (z axis of the station frame up), columns over azimuth. Metres; 0 where nothing was
+/// measured.
+class RangeImage {
+ public:
+  RangeImage() = default;
+  /// `origin`: the scanner's position in the station frame. Cost: 8 bytes per pixel.
+  RangeImage(const Eigen::Vector3d& origin, double pixel_deg);
+
+  void Add(const Eigen::Vector3d& point);
+
+  struct Pixel {
+    float min_m = 0.0F;
+    float max_m = 0.0F;
+  };
+  /// The pixel in whose direction `point` lies.
+  const Pixel& At(const Eigen::Vector3d& point) const { return pixels_[Index(point)]; }
+
+  const Eigen::Vector3d& origin() const { return origin_; }
+  int rows() const { return rows_; }
+  int columns() const { return columns_; }
+  /// Share of directions, by solid angle, in which something was measured, 0 to 1.
+  double Coverage() const;
+
+ private:
+  std::size_t Index(const Eigen::Vector3d& point) const;
+
+  Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
+  int rows_ = 0;
+  int columns_ = 0;
+  std::vector<Pixel> pixels_;
+};
+
+}  // namespace backsight

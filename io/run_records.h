@@ -1,0 +1,115 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/rigid_transform.h"
+
+namespace backsight {
+
+/// The words of the `status` columns.
+enum class StationStatus { kRegistered, kNotRegistered, kUnreadable };
+enum class LinkStatus { kAccepted, kRejected, kFailed };
+
+std::string ToString(StationStatus status);
+std::string ToString(LinkStatus status);
+
+/// One line of poses.csv.
+struct PoseRecord {
+  std::string station;
+  int component = -1;                      ///< -1: not placed
+  StationStatus status = StationStatus::kNotRegistered;
+  std::string reason;                      ///< empty where registered
+  RigidTransform survey_from_station;
+  std::optional<Matrix6d> covariance;      ///< [rotation; translation], Retract's convention; rad, m
+  int link_count = 0;                      ///< accepted links of this station
+};
+
+/// One line of links.csv: what became of one pair. Transforms are target_from_source.
+struct LinkRecord {
+  std::string source;
+  std::string target;
+  LinkStatus status = LinkStatus::kFailed;
+  std::string reason;                      ///< reason code; empty where accepted
+  std::optional<RigidTransform> coarse;
+  std::optional<RigidTransform> fine;
+  std::string fine_status;                 ///< how the fine registration ended
+  int correspondences = 0;                 ///< |C1|
+  int consensus = 0;                       ///< distinct inlier keypoints of the coarse transform
+  int consensus_null = 0;                  ///< best consensus of the permuted correspondences
+  double overlap = 0.0;                    ///< 0 to 1, the smaller of both directions
+  int planes = 0;
+  double rms_m = 0.0;                      ///< point-to-plane rms over all adjusted planes
+  double weakest_sigma_m = 0.0;            ///< formal sigma of the least determined direction
+  int iterations = 0;                      ///< Levenberg-Marquardt iterations, all rounds
+  double network_weight = 0.0;             ///< 0 (removed by the pose graph) to 1
+  double network_residual_m = 0.0;         ///< link minus adjusted network
+  double network_residual_deg = 0.0;
+};
+
+/// One scan as it was read.
+struct ScanRecord {
+  std::string station;
+  std::string path;
+  std::string format;
+  std::uint64_t records = 0;
+  std::uint64_t points = 0;
+  std::uint64_t dropped = 0;
+  std::size_t leaves = 0;
+  std::size_t keypoints = 0;
+  double extent_m = 0.0;                   ///< 95th percentile of range
+  std::vector<std::string> notes;          ///< repairs, guesses, warnings
+};
+
+struct OutputRecord {
+  std::string path;
+  std::string format;
+  std::uint64_t points = 0;
+};
+
+/// A quality gate of the project file and how it ended.
+struct GateRecord {
+  std::string name;
+  std::string limit;
+  std::string value;
+  bool passed = false;
+};
+
+/// Everything report.json and report.html are written from. No wall-clock times: those live in the
+/// manifest, so that equal runs give equal reports.
+struct RunRecord {
+  std::string project_name;
+  std::string version;
+  std::string verdict;                     ///< one sentence for people
+  int exit_code = 0;
+  std::vector<ScanRecord> scans;
+  std::vector<PoseRecord> poses;
+  std::vector<LinkRecord> links;
+  std::vector<OutputRecord> outputs;
+  std::vector<GateRecord> gates;
+  std::vector<std::string> warnings;
+  std::vector<std::pair<std::string, double>> network;  ///< named figures of the pose graph
+};
+
+/// What a run needed; only manifest.json holds it.
+struct StageTime {
+  std::string stage;
+  double seconds = 0.0;
+};
+
+struct ManifestRecord {
+  std::string version;
+  std::string git_hash;
+  std::string project_path;
+  std::string options;                     ///< canonical text of the effective options
+  std::vector<std::pair<std::string, std::string>> inputs;  ///< path, fingerprint
+  std::string started_utc;                 ///< ISO 8601
+  double wall_s = 0.0;
+  double peak_memory_mb = 0.0;
+  int threads = 0;
+  std::vector<StageTime> stages;
+};
+
+}  // namespace backsight

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/point_chunk.h"
+#include "core/rigid_transform.h"
+
+namespace backsight {
+
+/// What a scan file says of itself, from its header alone.
+struct ScanInfo {
+  std::string path;
+  std::string format;                        ///< "PCD", "PLY", "PTX", "XYZ"
+  int scan_index = 0;                        ///< which scan of the file this is, from 0
+  int scan_count = 1;                        ///< how many scans the file holds
+  std::optional<std::uint64_t> point_count;  ///< declared number of points; none for XYZ text
+  bool has_intensity = false;
+  bool has_rgb = false;
+  int rows = 0;  ///< scan grid (0: unstructured)
+  int columns = 0;
+  /// Pose the file itself states for the scan (PTX header, PCD viewpoint); recorded, not applied.
+  std::optional<RigidTransform> world_from_scan;
+  std::vector<std::string> notes;  ///< repairs and guesses made while reading the header
+};
+
+/// What happened to the records of a scan while it was read.
+struct ScanTally {
+  std::uint64_t records = 0;       ///< read from the file
+  std::uint64_t points = 0;        ///< handed out
+  std::uint64_t not_finite = 0;    ///< dropped: NaN or infinite coordinate
+  std::uint64_t no_return = 0;     ///< dropped: (0,0,0) record of a structured scan
+  std::vector<std::string> notes;  ///< repairs and guesses made while reading the records
+};
+
+/// Streams one scan in chunks; memory does not depend on the file's size. Coordinates are metres in
+/// the scanner's own frame (station frame). All functions throw InputError with file and line or
+/// byte offset for damaged input.
+class ScanReader {
+ public:
+  virtual ~ScanReader() = default;
+  virtual const ScanInfo& info() const = 0;
+  /// Replaces `chunk` by the next run of points (at most about 65536 records' worth); false at the
+  /// end. A true answer may carry an empty chunk where all its records were dropped.
+  virtual bool Next(PointChunk& chunk) = 0;
+  virtual const ScanTally& tally() const = 0;
+};
+
+/// Opens scan `scan_index` of the file; the format is known by the file's content first, its
+/// extension second. Throws InputError for a missing, empty or unknown file (LAZ, COPC, E57, LAS:
+/// named as such, with what to convert them with).
+std::unique_ptr<ScanReader> OpenScan(const std::string& path, int scan_index = 0);
+
+}  // namespace backsight
