@@ -84,6 +84,24 @@ Vector6d LocalDifference(const RigidTransform& transform, const RigidTransform& 
   return xi;
 }
 
+Eigen::Matrix3d InverseLeftJacobianSo3(const Eigen::Vector3d& phi) {
+  const double angle = phi.norm();
+  const Eigen::Matrix3d k = Skew(phi);
+  // 1/a^2 - (1 + cos a) / (2 a sin a), by its series where it is 0/0.
+  double c = 1.0 / 12.0 + angle * angle / 720.0;
+  if (angle > 1e-2) {
+    c = 1.0 / (angle * angle) - (1.0 + std::cos(angle)) / (2.0 * angle * std::sin(angle));
+  }
+  return Eigen::Matrix3d::Identity() - 0.5 * k + c * k * k;
+}
+
+Matrix6d LocalDifferenceJacobian(const Vector6d& difference) {
+  Matrix6d jacobian = Matrix6d::Identity();
+  jacobian.topLeftCorner<3, 3>() = InverseLeftJacobianSo3(difference.head<3>());
+  jacobian.bottomLeftCorner<3, 3>() = -Skew(difference.tail<3>());
+  return jacobian;
+}
+
 Matrix6d Adjoint(const RigidTransform& transform) {
   Matrix6d adjoint = Matrix6d::Zero();
   adjoint.topLeftCorner<3, 3>() = transform.rotation;

@@ -53,6 +53,12 @@ RigidTransform Retract(const RigidTransform& transform, const Vector6d& xi);
 /// Inverse of Retract: the xi with Retract(reference, xi) == transform.
 Vector6d LocalDifference(const RigidTransform& transform, const RigidTransform& reference);
 
+/// d Log(Exp(d) Exp(phi)) / d d at d = 0: how a left perturbation moves a rotation vector.
+Eigen::Matrix3d InverseLeftJacobianSo3(const Eigen::Vector3d& phi);
+
+/// d LocalDifference(Retract(T, d), reference) / d d at d = 0, from the value of the difference.
+Matrix6d LocalDifferenceJacobian(const Vector6d& difference);
+
 /// First-order effect of a change of frame on xi: if T is perturbed by xi, then A * T * B is
 /// perturbed by Adjoint(A) * xi (any B). Rotation first.
 Matrix6d Adjoint(const RigidTransform& transform);
