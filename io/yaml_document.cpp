@@ -1,0 +1,149 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "core/error.h"
+#include "io/nearest_name.h"
+#include "io/strict_yaml.h"
+#include "io/yaml_tree.h"
+
+namespace backsight {
+namespace {
+
+using yaml_internal::Node;
+
+constexpr std::uintmax_t kMaxBytes = 16U << 20U;
+
+std::string ReadFile(const std::string& path) {
+  std::error_code error;
+  const auto status = std::filesystem::status(path, error);
+  if (!std::filesystem::exists(status)) throw InputError({path, "no such file", "", ""});
+  if (!std::filesystem::is_regular_file(status)) throw InputError({path, "not a file", "", ""});
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  if (!error && size > kMaxBytes) {
+    throw InputError({path, fmt::format("{} bytes", size), "a YAML file of at most 16 MB", ""});
+  }
+  std::ifstream stream(path, std::ios::binary);
+  std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
+  if (!stream.is_open() || stream.bad()) {
+    throw InputError({path, "cannot be read", "", "check its permissions"});
+  }
+  return text;
+}
+
+/// Length of the UTF-8 character at text[i], 0 if it is none or a control character.
+std::size_t CharacterLength(const std::string& text, std::size_t i) {
+  const auto byte = [&](std::size_t k) { return static_cast<unsigned char>(text[k]); };
+  const unsigned char c = byte(i);
+  if (c < 0x80U) return c >= 0x20U ? (c != 0x7FU) : (c == '\t' || c == '\n' || c == '\r');
+  const std::size_t length = c >= 0xF0U ? 4 : c >= 0xE0U ? 3 : 2;
+  if (c < 0xC2U || c > 0xF4U || i + length > text.size()) return 0;
+  for (std::size_t k = 1; k < length; ++k) {
+    if ((byte(i + k) & 0xC0U) != 0x80U) return 0;
+  }
+  const unsigned char second = byte(i + 1);
+  const bool overlong = (c == 0xE0U && second < 0xA0U) || (c == 0xF0U && second < 0x90U);
+  const bool beyond = (c == 0xEDU && second > 0x9FU) || (c == 0xF4U && second > 0x8FU);
+  return overlong || beyond ? 0 : length;
+}
+
+/// The parser guesses other encodings and skips what it cannot decode; we would rather say so.
+void CheckEncoding(const std::string& text, const std::string& name) {
+  int line = 1;
+  std::size_t line_begin = 0;
+  for (std::size_t i = 0; i < text.size();) {
+    const std::size_t length = CharacterLength(text, i);
+    if (length == 0) {
+      throw InputError({fmt::format("{}:{}:{}", name, line, i - line_begin + 1),
+                        fmt::format("byte 0x{:02x}", static_cast<unsigned char>(text[i])),
+                        "UTF-8 text", ""});
+    }
+    if (text[i] == '\n') {
+      ++line;
+      line_begin = i + 1;
+    }
+    i += length;
+  }
+}
+
+std::string KeyPath(const Node& map, const std::string& key) {
+  std::string path = map.path.empty() ? key : map.path + "." + key;
+  if (path.size() > 120) path = path.substr(0, 117) + "...";
+  return path;
+}
+
+YamlViolation UnknownKey(const Node& map, const std::string& key, int line) {
+  const std::string nearest = NearestName(key, map.known_keys);
+  return {line, KeyPath(map, key), "an unknown key",
+          map.known_keys.empty() ? "no keys"
+                                 : fmt::format("one of: {}", fmt::join(map.known_keys, ", ")),
+          nearest.empty() ? "" : fmt::format("did you mean '{}'?", nearest)};
+}
+
+YamlViolation RepeatedKey(const Node& map, const std::string& key, int line) {
+  const auto first = std::find_if(map.entries.begin(), map.entries.end(),
+                                  [&](const auto& entry) { return entry.first == key; });
+  return {line, KeyPath(map, key), "the same key a second time",
+          fmt::format("one value (the first is at line {})", first->second->line), ""};
+}
+
+std::string ToLine(const std::string& file, const YamlViolation& v) {
+  std::string text = fmt::format("  {}:{}: ", file, v.line);
+  if (!v.key.empty()) text += v.key + ": ";
+  text += fmt::format("found {}; expected {}", v.found, v.expected);
+  if (!v.remedy.empty()) text += "; " + v.remedy;
+  return text;
+}
+
+}  // namespace
+
+YamlDocument::YamlDocument() : tree_(std::make_unique<yaml_internal::Tree>()) {}
+YamlDocument::~YamlDocument() = default;
+YamlDocument::YamlDocument(YamlDocument&&) noexcept = default;
+YamlDocument& YamlDocument::operator=(YamlDocument&&) noexcept = default;
+
+YamlDocument YamlDocument::Load(const std::string& path) { return Parse(ReadFile(path), path); }
+
+YamlDocument YamlDocument::Parse(const std::string& text, const std::string& name) {
+  CheckEncoding(text, name);
+  YamlDocument document;
+  document.tree_->file = name;
+  yaml_internal::ParseYaml(text, *document.tree_);
+  return document;
+}
+
+YamlValue YamlDocument::root() { return {tree_.get(), tree_->root, "", tree_->root->line}; }
+
+std::vector<YamlViolation> YamlDocument::Violations() const {
+  std::vector<YamlViolation> all = tree_->violations;
+  for (const Node& node : tree_->nodes) {
+    for (const auto& [key, line] : node.repeated) all.push_back(RepeatedKey(node, key, line));
+    if (!node.visited_as_map) continue;
+    for (const auto& [key, value] : node.entries) {
+      const auto& known = node.known_keys;
+      if (std::find(known.begin(), known.end(), key) == known.end()) {
+        all.push_back(UnknownKey(node, key, value->line));
+      }
+    }
+  }
+  std::stable_sort(all.begin(), all.end(),
+                   [](const YamlViolation& a, const YamlViolation& b) { return a.line < b.line; });
+  return all;
+}
+
+void YamlDocument::ThrowIfInvalid() const {
+  constexpr std::size_t kMaxListed = 200;
+  const std::vector<YamlViolation> all = Violations();
+  if (all.empty()) return;
+  std::string list = all.size() == 1 ? "1 mistake" : fmt::format("{} mistakes", all.size());
+  for (std::size_t i = 0; i < std::min(all.size(), kMaxListed); ++i) {
+    list.append("\n").append(ToLine(tree_->file, all[i]));
+  }
+  if (all.size() > kMaxListed) list += fmt::format("\n  and {} more", all.size() - kMaxListed);
+  throw InputError({tree_->file, list, "", ""});
+}
+
+}  // namespace backsight
