@@ -70,7 +70,7 @@ std::string NumberRemedy(const std::string& text) {
   return {};
 }
 
-std::string Limits(const std::string& kind, double min, double max, const std::string& unit) {
+std::string Limits(const std::string& kind, double min, double max, std::string_view unit) {
   constexpr double kOpen = std::numeric_limits<double>::max();
   std::string text = kind;
   if (min > -kOpen && max < kOpen) {
@@ -80,7 +80,7 @@ std::string Limits(const std::string& kind, double min, double max, const std::s
   } else if (max < kOpen) {
     text += fmt::format(" of at most {}", max);
   }
-  if (unit != "1" && !unit.empty()) text += " " + unit;
+  if (unit != "1" && !unit.empty()) text.append(" ").append(unit);
   return text;
 }
 
@@ -194,7 +194,7 @@ double YamlValue::Real(double fallback, const RealRange& range) const {
   return fallback;
 }
 
-int YamlValue::Integer(int fallback, int min, int max, const std::string& unit) const {
+int YamlValue::Integer(int fallback, int min, int max, std::string_view unit) const {
   const std::string expected = Limits("a whole number", min, max, unit);
   const std::string* text = Scalar(expected, true);
   if (text == nullptr) return fallback;

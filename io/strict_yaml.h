@@ -26,7 +26,7 @@ struct YamlViolation {
 struct RealRange {
   double min = -std::numeric_limits<double>::max();
   double max = std::numeric_limits<double>::max();
-  std::string unit = "1";
+  std::string_view unit = "1";
 };
 
 /// A place in a YAML document that may hold a value; cheap to copy, valid as long as its
@@ -62,7 +62,7 @@ class YamlValue {
   /// A finite decimal number, integers included; quoted numbers are text.
   double Real(double fallback, const RealRange& range = {}) const;
   /// A decimal integer within [min, max].
-  int Integer(int fallback, int min, int max, const std::string& unit = "1") const;
+  int Integer(int fallback, int min, int max, std::string_view unit = "1") const;
   /// true or false; "yes", "on" and the like are refused with advice.
   bool Flag(bool fallback) const;
   /// Index into `names`.
