@@ -1,13 +1,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 
 #include "core/error.h"
 #include "io/nearest_name.h"
 #include "io/strict_yaml.h"
+#include "io/text_file.h"
 #include "io/yaml_tree.h"
 
 namespace backsight {
@@ -16,23 +14,6 @@ namespace {
 using yaml_internal::Node;
 
 constexpr std::uintmax_t kMaxBytes = 16U << 20U;
-
-std::string ReadFile(const std::string& path) {
-  std::error_code error;
-  const auto status = std::filesystem::status(path, error);
-  if (!std::filesystem::exists(status)) throw InputError({path, "no such file", "", ""});
-  if (!std::filesystem::is_regular_file(status)) throw InputError({path, "not a file", "", ""});
-  const std::uintmax_t size = std::filesystem::file_size(path, error);
-  if (!error && size > kMaxBytes) {
-    throw InputError({path, fmt::format("{} bytes", size), "a YAML file of at most 16 MB", ""});
-  }
-  std::ifstream stream(path, std::ios::binary);
-  std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
-  if (!stream.is_open() || stream.bad()) {
-    throw InputError({path, "cannot be read", "", "check its permissions"});
-  }
-  return text;
-}
 
 /// Length of the UTF-8 character at text[i], 0 if it is none or a control character.
 std::size_t CharacterLength(const std::string& text, std::size_t i) {
@@ -105,7 +86,9 @@ YamlDocument::~YamlDocument() = default;
 YamlDocument::YamlDocument(YamlDocument&&) noexcept = default;
 YamlDocument& YamlDocument::operator=(YamlDocument&&) noexcept = default;
 
-YamlDocument YamlDocument::Load(const std::string& path) { return Parse(ReadFile(path), path); }
+YamlDocument YamlDocument::Load(const std::string& path) {
+  return Parse(ReadTextFile(path, kMaxBytes), path);
+}
 
 YamlDocument YamlDocument::Parse(const std::string& text, const std::string& name) {
   CheckEncoding(text, name);
