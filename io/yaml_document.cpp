@@ -6,6 +6,7 @@
 #include "io/nearest_name.h"
 #include "io/strict_yaml.h"
 #include "io/text_file.h"
+#include "io/utf8.h"
 #include "io/yaml_tree.h"
 
 namespace backsight {
@@ -15,28 +16,12 @@ using yaml_internal::Node;
 
 constexpr std::uintmax_t kMaxBytes = 16U << 20U;
 
-/// Length of the UTF-8 character at text[i], 0 if it is none or a control character.
-std::size_t CharacterLength(const std::string& text, std::size_t i) {
-  const auto byte = [&](std::size_t k) { return static_cast<unsigned char>(text[k]); };
-  const unsigned char c = byte(i);
-  if (c < 0x80U) return c >= 0x20U ? (c != 0x7FU) : (c == '\t' || c == '\n' || c == '\r');
-  const std::size_t length = c >= 0xF0U ? 4 : c >= 0xE0U ? 3 : 2;
-  if (c < 0xC2U || c > 0xF4U || i + length > text.size()) return 0;
-  for (std::size_t k = 1; k < length; ++k) {
-    if ((byte(i + k) & 0xC0U) != 0x80U) return 0;
-  }
-  const unsigned char second = byte(i + 1);
-  const bool overlong = (c == 0xE0U && second < 0xA0U) || (c == 0xF0U && second < 0x90U);
-  const bool beyond = (c == 0xEDU && second > 0x9FU) || (c == 0xF4U && second > 0x8FU);
-  return overlong || beyond ? 0 : length;
-}
-
 /// The parser guesses other encodings and skips what it cannot decode; we would rather say so.
 void CheckEncoding(const std::string& text, const std::string& name) {
   int line = 1;
   std::size_t line_begin = 0;
   for (std::size_t i = 0; i < text.size();) {
-    const std::size_t length = CharacterLength(text, i);
+    const std::size_t length = Utf8Length(text, i);
     if (length == 0) {
       throw InputError({fmt::format("{}:{}:{}", name, line, i - line_begin + 1),
                         fmt::format("byte 0x{:02x}", static_cast<unsigned char>(text[i])),

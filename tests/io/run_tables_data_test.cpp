@@ -5,6 +5,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "io/pose_files.h"
 #include "io/run_tables.h"
 #include "tests/io/sample_run.h"
 
@@ -30,6 +31,17 @@ TEST(RunTablesData, RefereeAcceptsThem) {
   EXPECT_LT(json["network"]["te_max_cm"], 1e-9);
   EXPECT_EQ(json["links_fine"]["reported"], 9);
   EXPECT_EQ(json["links_fine"]["wrong"], 0);
+}
+
+TEST(PoseFilesData, ReadPublishedGroundTruth) {
+  const std::string folder = "../shared/data";
+  if (!std::filesystem::exists(folder)) GTEST_SKIP() << "skipped: no data";
+  const auto poses = ReadPoses(folder + "/eth_facade");
+  EXPECT_EQ(poses.size(), 7U);
+  for (const auto& [station, pose] : poses) EXPECT_TRUE(pose.IsValid()) << station;
+  const auto log = ReadRelativeLog(folder + "/3dmatch_kitchen/gt.log");
+  EXPECT_FALSE(log.empty());
+  for (const auto& [pair, transform] : log) EXPECT_TRUE(transform.IsValid()) << pair.first;
 }
 
 }  // namespace
