@@ -27,16 +27,16 @@ p { margin: 6px 0; }
 .verdict { border-left: 7px solid var(--bad); background: #fbf1eb; font-size: 18px;
   padding: 12px 16px; margin: 18px 0; }
 .verdict.pass { border-color: var(--good); background: #ebf6f2; }
-.cards { display: grid; grid-template-columns: repeat(auto-fit, minmax(185px, 1fr)); gap: 10px;
+.cards { display: grid; grid-template-columns: repeat(auto-fit, minmax(160px, 1fr)); gap: 10px;
   margin: 16px 0; }
 .card { border: 1px solid var(--line); border-radius: 6px; padding: 9px 13px; }
 .card b { display: block; font-size: 23px; line-height: 1.3; font-variant-numeric: tabular-nums; }
 .card span { color: var(--soft); font-size: 13px; display: block; line-height: 1.35; }
 .scroll { overflow-x: auto; }
-table { border-collapse: collapse; font-size: 13px; width: 100%; margin: 8px 0; }
+table { border-collapse: collapse; font-size: 13px; min-width: 45%; margin: 8px 0; }
 th { text-align: left; vertical-align: bottom; border-bottom: 1.5px solid #1a1f26; line-height: 1.25;
-  padding: 4px 9px 4px 0; font-weight: 600; }
-td { border-bottom: 1px solid var(--line); padding: 4px 9px 4px 0; vertical-align: top; }
+  padding: 4px 16px 4px 0; font-weight: 600; }
+td { border-bottom: 1px solid var(--line); padding: 4px 16px 4px 0; vertical-align: top; }
 .n { text-align: right; font-variant-numeric: tabular-nums; }
 td.n { white-space: nowrap; }
 .off td { background: #f6f6f4; }
@@ -71,6 +71,7 @@ figcaption { font-size: 13px; color: var(--soft); }
   thead { display: table-header-group; }
   .scroll { overflow: visible; }
   table { font-size: 8pt; }
+  th, td { padding-right: 8px; }
   td.n { white-space: normal; }
 }
 @page { size: A4 landscape; margin: 14mm; }
@@ -161,7 +162,10 @@ std::string Plans(const RunRecord& run) {
     }
   }
   if (components.empty()) return "<p>No station is registered.</p>\n";
-  std::string html = Legend();
+  std::string html =
+      "<p class=\"soft\">Seen from above in the survey frame, x to the right, y up, to "
+      "scale.</p>\n";
+  html += Legend();
   for (const auto& [component, stations] : components) {
     if (components.size() > 1) {
       html += fmt::format("<h3>Component {}: {} station{}</h3>\n", component, stations.size(),

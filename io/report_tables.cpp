@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <vector>
 
 #include "io/html_text.h"
@@ -51,12 +52,15 @@ std::string Mark(bool good, const std::string& word) {
                      good ? "\xe2\x9c\x93" : "\xe2\x9c\x97", HtmlText(word));
 }
 
+/// A reason code as words; texts that are no code (they may hold paths) stay as they are.
 std::string Words(std::string code) {
-  for (char& c : code) c = c == '_' ? ' ' : c;
-  return HtmlText(code);
+  if (code.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_") == std::string::npos) {
+    std::replace(code.begin(), code.end(), '_', ' ');
+  }
+  return code;
 }
 
-std::string StationAnchor(const std::string& station) { return "<b>" + HtmlText(station) + "</b>"; }
+std::string Bold(const std::string& station) { return "<b>" + HtmlText(station) + "</b>"; }
 
 }  // namespace
 
@@ -84,7 +88,7 @@ std::string StationTable(const RunRecord& run) {
   for (const PoseRecord& pose : run.poses) {
     const bool placed = pose.status == StationStatus::kRegistered;
     std::vector<std::string> cells = {
-        StationAnchor(pose.station),
+        Bold(pose.station),
         Mark(placed, Words(ToString(pose.status))),
     };
     if (placed) {
@@ -100,7 +104,7 @@ std::string StationTable(const RunRecord& run) {
     cells.push_back(sigma ? FixedText(1000 * sigma->worst_position_m, 2, "sigma") : "");
     cells.push_back(sigma ? FixedText(sigma->rotation_deg.maxCoeff(), 4, "sigma") : "");
     cells.push_back(std::to_string(pose.link_count));
-    cells.push_back(Words(pose.reason));
+    cells.push_back(HtmlText(Words(pose.reason)));
     table.Row(cells, placed ? "" : "off");
   }
   return table.Finish();
@@ -140,14 +144,13 @@ std::string LinkTable(const RunRecord& run) {
       residual = fmt::format("<i class=\"key r{}\"></i>{}", ResidualClass(link.network_residual_m),
                              residual);
     }
-    table.Row(
-        {StationAnchor(link.source), StationAnchor(link.target),
-         Mark(accepted, ToString(link.status)), Words(link.reason),
-         aligned ? FixedText(100 * link.overlap, 0, field) : "", fine(1000 * link.rms_m, 2),
-         fine(1000 * link.weakest_sigma_m, 2), std::to_string(link.consensus),
-         std::to_string(link.consensus_null), link.fine ? std::to_string(link.planes) : "",
-         residual, network(link.network_residual_deg, 4), network(link.network_weight, 2), loop},
-        accepted ? "" : "off");
+    table.Row({Bold(link.source), Bold(link.target), Mark(accepted, ToString(link.status)),
+               HtmlText(Words(link.reason)), aligned ? FixedText(100 * link.overlap, 0, field) : "",
+               fine(1000 * link.rms_m, 2), fine(1000 * link.weakest_sigma_m, 2),
+               std::to_string(link.consensus), std::to_string(link.consensus_null),
+               link.fine ? std::to_string(link.planes) : "", residual,
+               network(link.network_residual_deg, 4), network(link.network_weight, 2), loop},
+              accepted ? "" : "off");
   }
   return table.Finish();
 }
@@ -169,7 +172,7 @@ std::string ScanTable(const RunRecord& run) {
     for (const std::string& note : scan.notes) {
       notes += (notes.empty() ? "" : "<br>") + HtmlText(note);
     }
-    table.Row({StationAnchor(scan.station), "<code>" + HtmlText(scan.path) + "</code>",
+    table.Row({Bold(scan.station), "<code>" + HtmlText(scan.path) + "</code>",
                HtmlText(scan.format), GroupedText(scan.records), GroupedText(scan.points),
                GroupedText(scan.dropped), GroupedText(scan.leaves), GroupedText(scan.keypoints),
                FixedText(scan.extent_m, 1, "extent_m of " + scan.station), notes});
@@ -192,7 +195,7 @@ std::string NetworkTable(const RunRecord& run) {
   TableBuilder table({{"figure"}, {"value", true}});
   for (const auto& [name, value] : run.network) {
     FixedText(value, 0, "network figure " + name);
-    table.Row({Words(name), fmt::format("{:.6g}", value)});
+    table.Row({HtmlText(Words(name)), fmt::format("{:.6g}", value)});
   }
   return table.Finish();
 }
