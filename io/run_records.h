@@ -27,6 +27,18 @@ struct PoseRecord {
   int link_count = 0;                      ///< accepted links of this station
 };
 
+/// Formal standard deviations of a placed station. The covariance is that of a perturbation of the
+/// whole survey_from_station (Retract); here it is carried to the station's own position,
+/// t + phi x t + rho, because that is what a surveyor asks for.
+struct PoseSigma {
+  Eigen::Vector3d rotation_deg;            ///< about the axes of the survey frame
+  Eigen::Vector3d position_m;              ///< along the axes of the survey frame
+  double worst_position_m = 0.0;           ///< in the least determined direction
+};
+
+/// Absent where the record holds no covariance.
+std::optional<PoseSigma> SigmaOf(const PoseRecord& pose);
+
 /// One line of links.csv: what became of one pair. Transforms are target_from_source.
 struct LinkRecord {
   std::string source;
@@ -47,6 +59,7 @@ struct LinkRecord {
   double network_weight = 0.0;             ///< 0 (removed by the pose graph) to 1
   double network_residual_m = 0.0;         ///< link minus adjusted network
   double network_residual_deg = 0.0;
+  std::optional<bool> loop_controlled;     ///< lies on a loop of accepted links; absent: not known
 };
 
 /// One scan as it was read.

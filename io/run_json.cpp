@@ -1,0 +1,175 @@
+#include "io/run_json.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+
+namespace backsight {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr int kSchemaVersion = 1;
+
+/// JSON has no NaN; the library would write null in its place.
+void RequireFinite(const ordered_json& value, const std::string& where) {
+  if (value.is_number_float() && !std::isfinite(value.get<double>())) {
+    throw InternalError(fmt::format("{} is {}", where, value.get<double>()));
+  }
+  if (!value.is_structured()) return;
+  for (const auto& [key, child] : value.items()) RequireFinite(child, where + "/" + key);
+}
+
+std::string Dump(const ordered_json& document, const std::string& name) {
+  RequireFinite(document, name);
+  return document.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+}
+
+ordered_json ToJson(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+ordered_json ToJson(const RigidTransform& transform) {
+  const Eigen::Quaterniond q = transform.Quaternion();
+  return {{"translation_m", ToJson(transform.translation)},
+          {"quaternion_wxyz", {q.w(), q.x(), q.y(), q.z()}}};
+}
+
+ordered_json ToJson(const std::optional<RigidTransform>& transform) {
+  return transform ? ToJson(*transform) : ordered_json();
+}
+
+ordered_json ToJson(const Matrix6d& matrix) {
+  ordered_json rows = ordered_json::array();
+  for (int i = 0; i < 6; ++i) {
+    ordered_json row = ordered_json::array();
+    for (int j = 0; j < 6; ++j) row.push_back(matrix(i, j));
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+ordered_json ToJson(const PoseRecord& pose) {
+  const bool placed = pose.status == StationStatus::kRegistered;
+  ordered_json json = {{"station", pose.station},
+                       {"status", ToString(pose.status)},
+                       {"reason", pose.reason},
+                       {"component", placed ? ordered_json(pose.component) : ordered_json()},
+                       {"links", pose.link_count},
+                       {"survey_from_station", nullptr},
+                       {"covariance", nullptr},
+                       {"sigma_position_m", nullptr},
+                       {"sigma_worst_m", nullptr},
+                       {"sigma_rotation_deg", nullptr}};
+  if (placed) json["survey_from_station"] = ToJson(pose.survey_from_station);
+  if (placed && pose.covariance) {
+    const PoseSigma sigma = *SigmaOf(pose);
+    json["covariance"] = ToJson(*pose.covariance);
+    json["sigma_position_m"] = ToJson(sigma.position_m);
+    json["sigma_worst_m"] = sigma.worst_position_m;
+    json["sigma_rotation_deg"] = ToJson(sigma.rotation_deg);
+  }
+  return json;
+}
+
+ordered_json ToJson(const LinkRecord& link) {
+  const auto fine = [&](auto value) { return link.fine ? ordered_json(value) : ordered_json(); };
+  const bool aligned = link.fine.has_value() || link.coarse.has_value();
+  return {{"source", link.source},
+          {"target", link.target},
+          {"status", ToString(link.status)},
+          {"reason", link.reason},
+          {"target_from_source", ToJson(link.fine)},
+          {"coarse_target_from_source", ToJson(link.coarse)},
+          {"overlap", aligned ? ordered_json(link.overlap) : ordered_json()},
+          {"rms_m", fine(link.rms_m)},
+          {"fine_status", link.fine_status},
+          {"correspondences", link.correspondences},
+          {"consensus", link.consensus},
+          {"consensus_null", link.consensus_null},
+          {"planes", fine(link.planes)},
+          {"weakest_sigma_m", fine(link.weakest_sigma_m)},
+          {"iterations", fine(link.iterations)},
+          {"network_weight", fine(link.network_weight)},
+          {"network_residual_m", fine(link.network_residual_m)},
+          {"network_residual_deg", fine(link.network_residual_deg)},
+          {"loop_controlled",
+           link.loop_controlled ? ordered_json(*link.loop_controlled) : ordered_json()}};
+}
+
+ordered_json ToJson(const ScanRecord& scan) {
+  return {{"station", scan.station}, {"path", scan.path},           {"format", scan.format},
+          {"records", scan.records}, {"points", scan.points},       {"dropped", scan.dropped},
+          {"leaves", scan.leaves},   {"keypoints", scan.keypoints}, {"extent_m", scan.extent_m},
+          {"notes", scan.notes}};
+}
+
+ordered_json ToJson(const OutputRecord& output) {
+  return {{"path", output.path}, {"format", output.format}, {"points", output.points}};
+}
+
+ordered_json ToJson(const GateRecord& gate) {
+  return {
+      {"name", gate.name}, {"limit", gate.limit}, {"value", gate.value}, {"passed", gate.passed}};
+}
+
+template <typename Record>
+ordered_json ToJson(const std::vector<Record>& records) {
+  ordered_json list = ordered_json::array();
+  for (const Record& record : records) list.push_back(ToJson(record));
+  return list;
+}
+
+}  // namespace
+
+std::string PosesJson(const std::vector<PoseRecord>& poses) {
+  return Dump({{"schema_version", kSchemaVersion},
+               {"covariance_order", "rotation (rad), translation (m); left perturbation"},
+               {"poses", ToJson(poses)}},
+              "poses.json");
+}
+
+std::string ReportJson(const RunRecord& run) {
+  ordered_json network = ordered_json::object();
+  for (const auto& [name, value] : run.network) network[name] = value;
+  return Dump({{"schema_version", kSchemaVersion},
+               {"project_name", run.project_name},
+               {"version", run.version},
+               {"verdict", run.verdict},
+               {"exit_code", run.exit_code},
+               {"gates", ToJson(run.gates)},
+               {"network", std::move(network)},
+               {"poses", ToJson(run.poses)},
+               {"links", ToJson(run.links)},
+               {"scans", ToJson(run.scans)},
+               {"outputs", ToJson(run.outputs)},
+               {"warnings", run.warnings}},
+              "report.json");
+}
+
+std::string ManifestJson(const ManifestRecord& manifest) {
+  ordered_json inputs = ordered_json::array();
+  for (const auto& [path, fingerprint] : manifest.inputs) {
+    inputs.push_back({{"path", path}, {"fingerprint", fingerprint}});
+  }
+  ordered_json stages = ordered_json::array();
+  for (const StageTime& stage : manifest.stages) {
+    stages.push_back({{"stage", stage.stage}, {"seconds", stage.seconds}});
+  }
+  return Dump({{"schema_version", kSchemaVersion},
+               {"version", manifest.version},
+               {"git_hash", manifest.git_hash},
+               {"project_path", manifest.project_path},
+               {"started_utc", manifest.started_utc},
+               {"wall_s", manifest.wall_s},
+               {"peak_memory_mb", manifest.peak_memory_mb},
+               {"threads", manifest.threads},
+               {"options", manifest.options},
+               {"inputs", std::move(inputs)},
+               {"stages", std::move(stages)}},
+              "manifest.json");
+}
+
+}  // namespace backsight

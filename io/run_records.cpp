@@ -1,0 +1,52 @@
+#include "io/run_records.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/error.h"
+
+namespace backsight {
+
+std::string ToString(StationStatus status) {
+  switch (status) {
+    case StationStatus::kRegistered:
+      return "registered";
+    case StationStatus::kNotRegistered:
+      return "not_registered";
+    case StationStatus::kUnreadable:
+      return "unreadable";
+  }
+  throw InternalError("unknown StationStatus");
+}
+
+std::string ToString(LinkStatus status) {
+  switch (status) {
+    case LinkStatus::kAccepted:
+      return "accepted";
+    case LinkStatus::kRejected:
+      return "rejected";
+    case LinkStatus::kFailed:
+      return "failed";
+  }
+  throw InternalError("unknown LinkStatus");
+}
+
+std::optional<PoseSigma> SigmaOf(const PoseRecord& pose) {
+  if (!pose.covariance) return std::nullopt;
+  const Matrix6d& covariance = *pose.covariance;
+  BACKSIGHT_CHECK(covariance.allFinite(), "covariance of station " + pose.station);
+  Eigen::Matrix<double, 3, 6> jacobian;
+  jacobian << -Skew(pose.survey_from_station.translation), Eigen::Matrix3d::Identity();
+  const Eigen::Matrix3d position = jacobian * covariance * jacobian.transpose();
+  // Rounding may leave a variance of a fixed station just below zero.
+  const Eigen::Vector3d eigenvalues =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(position, Eigen::EigenvaluesOnly)
+          .eigenvalues();
+  return PoseSigma{
+      covariance.diagonal().head<3>().cwiseMax(0.0).cwiseSqrt() * (180.0 / std::numbers::pi),
+      position.diagonal().cwiseMax(0.0).cwiseSqrt(), std::sqrt(std::max(0.0, eigenvalues.z()))};
+}
+
+}  // namespace backsight

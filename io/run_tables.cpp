@@ -1,0 +1,128 @@
+#include "io/run_tables.h"
+
+#include <Eigen/Geometry>
+#include <optional>
+
+#include "core/error.h"
+#include "io/csv_table.h"
+
+namespace backsight {
+namespace {
+
+const char* const kPoseNames[] = {"tx_m", "ty_m", "tz_m", "qw", "qx", "qy", "qz"};
+
+/// Collects header and cells together, so that a column cannot lose its name.
+class CsvBuilder {
+ public:
+  explicit CsvBuilder(std::string table) : table_(std::move(table)) {}
+
+  void BeginRow(const std::string& what) {
+    what_ = what;
+    cells_.clear();
+    header_.clear();
+  }
+  void Text(const std::string& column, const std::string& value) {
+    header_.push_back(column);
+    cells_.push_back(value);
+  }
+  void Real(const std::string& column, std::optional<double> value) {
+    Text(column, value ? ExactText(*value, table_ + ", " + what_ + ", " + column) : std::string());
+  }
+  void Integer(const std::string& column, std::optional<int> value) {
+    Text(column, value ? std::to_string(*value) : std::string());
+  }
+  void Transform(const std::string& prefix, const std::optional<RigidTransform>& transform) {
+    std::vector<double> v;
+    if (transform) {
+      const Eigen::Vector3d& t = transform->translation;
+      const Eigen::Quaterniond q = transform->Quaternion();
+      v = {t.x(), t.y(), t.z(), q.w(), q.x(), q.y(), q.z()};
+    }
+    for (std::size_t i = 0; i < 7; ++i) {
+      Real(prefix + kPoseNames[i], v.empty() ? std::nullopt : std::optional(v[i]));
+    }
+  }
+  void EndRow() { body_ += CsvLine(cells_); }
+  /// Call it after a BeginRow ... row of the same columns.
+  std::string HeaderLine() const { return CsvLine(header_); }
+  const std::string& body() const { return body_; }
+
+ private:
+  std::string table_;
+  std::string what_;
+  std::vector<std::string> header_;
+  std::vector<std::string> cells_;
+  std::string body_;
+};
+
+void FillPose(CsvBuilder& csv, const PoseRecord& pose) {
+  const bool placed = pose.status == StationStatus::kRegistered;
+  const std::optional<PoseSigma> sigma = placed ? SigmaOf(pose) : std::nullopt;
+  const auto known = [&](double value) { return sigma ? std::optional(value) : std::nullopt; };
+  const PoseSigma s = sigma.value_or(PoseSigma{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()});
+  csv.BeginRow("station " + pose.station);
+  csv.Text("station", pose.station);
+  csv.Integer("component", placed ? std::optional(pose.component) : std::nullopt);
+  csv.Text("status", ToString(pose.status));
+  csv.Transform("", placed ? std::optional(pose.survey_from_station) : std::nullopt);
+  csv.Text("reason", pose.reason);
+  csv.Integer("links", pose.link_count);
+  csv.Real("sigma_x_m", known(s.position_m.x()));
+  csv.Real("sigma_y_m", known(s.position_m.y()));
+  csv.Real("sigma_z_m", known(s.position_m.z()));
+  csv.Real("sigma_worst_m", known(s.worst_position_m));
+  csv.Real("sigma_rx_deg", known(s.rotation_deg.x()));
+  csv.Real("sigma_ry_deg", known(s.rotation_deg.y()));
+  csv.Real("sigma_rz_deg", known(s.rotation_deg.z()));
+}
+
+void FillLink(CsvBuilder& csv, const LinkRecord& link) {
+  const auto fine = [&](double value) { return link.fine ? std::optional(value) : std::nullopt; };
+  const bool aligned = link.fine.has_value() || link.coarse.has_value();
+  csv.BeginRow("link " + link.source + " " + link.target);
+  csv.Text("source", link.source);
+  csv.Text("target", link.target);
+  csv.Text("status", ToString(link.status));
+  csv.Text("reason", link.reason);
+  csv.Transform("", link.fine);
+  csv.Transform("coarse_", link.coarse);
+  csv.Real("overlap", aligned ? std::optional(link.overlap) : std::nullopt);
+  csv.Real("rms_m", fine(link.rms_m));
+  csv.Text("fine_status", link.fine_status);
+  csv.Integer("correspondences", link.correspondences);
+  csv.Integer("consensus", link.consensus);
+  csv.Integer("consensus_null", link.consensus_null);
+  csv.Integer("planes", link.fine ? std::optional(link.planes) : std::nullopt);
+  csv.Real("weakest_sigma_m", fine(link.weakest_sigma_m));
+  csv.Integer("iterations", link.fine ? std::optional(link.iterations) : std::nullopt);
+  csv.Real("network_weight", fine(link.network_weight));
+  csv.Real("network_residual_m", fine(link.network_residual_m));
+  csv.Real("network_residual_deg", fine(link.network_residual_deg));
+  csv.Text("loop_controlled", !link.loop_controlled   ? ""
+                              : *link.loop_controlled ? "true"
+                                                      : "false");
+}
+
+template <typename Record>
+std::string Table(const std::string& name, const std::vector<Record>& records,
+                  void (*fill)(CsvBuilder&, const Record&)) {
+  CsvBuilder csv(name);
+  for (const Record& record : records) {
+    fill(csv, record);
+    csv.EndRow();
+  }
+  fill(csv, Record{});
+  return csv.HeaderLine() + csv.body();
+}
+
+}  // namespace
+
+std::string PosesCsv(const std::vector<PoseRecord>& poses) {
+  return Table("poses.csv", poses, FillPose);
+}
+
+std::string LinksCsv(const std::vector<LinkRecord>& links) {
+  return Table("links.csv", links, FillLink);
+}
+
+}  // namespace backsight

@@ -1,0 +1,205 @@
+#include "io/survey_project.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <map>
+#include <set>
+
+#include "core/error.h"
+#include "io/option_reader.h"
+#include "io/strict_yaml.h"
+#include "io/survey_stations.h"
+
+namespace backsight {
+namespace {
+
+using IdPair = std::pair<std::string, std::string>;
+using Unsupported = std::vector<UnsupportedItem>;
+
+/// In the order of CloudFormat.
+const std::vector<std::string>& FormatNames() {
+  static const std::vector<std::string> names = {"las", "ply", "e57"};
+  return names;
+}
+
+void Note(Unsupported& unsupported, const YamlValue& value, const std::string& what) {
+  if (value.present()) unsupported.push_back({value.Where(), value.key(), what});
+}
+
+void ReadSchemaVersion(const YamlValue& value) {
+  if (!value.present()) return;
+  if (value.Integer(0, 0, 1000000) != 1) value.Reject("1, the version that this program reads");
+}
+
+/// "EPSG:25832": an authority and a code. Whether PROJ knows it is found out when it is used.
+std::string ReadCrsName(const YamlValue& value) {
+  const std::string name = value.Text();
+  const std::size_t colon = name.find(':');
+  const bool formed = colon != std::string::npos && colon > 0 && colon + 1 < name.size() &&
+                      name.find_first_of(" \t") == std::string::npos;
+  if (!name.empty() && !formed) value.Reject("authority and code, like EPSG:25832");
+  return name;
+}
+
+CrsSpec ReadCrs(const YamlValue& map) {
+  CrsSpec crs;
+  crs.horizontal = ReadCrsName(map.Required("horizontal"));
+  const YamlValue vertical = map.Optional("vertical");
+  if (vertical.present()) crs.vertical = ReadCrsName(vertical);
+  return crs;
+}
+
+IdPair Sorted(const IdPair& pair) { return std::minmax(pair.first, pair.second); }
+
+/// `listed` maps the pairs seen so far in either list to their lines.
+std::vector<IdPair> ReadPairList(const YamlValue& list, const std::vector<StationSpec>& stations,
+                                 std::map<IdPair, int>& listed) {
+  std::vector<IdPair> pairs;
+  for (const YamlValue& item : list.Items()) {
+    const std::vector<YamlValue> ends = item.Items(2, 2);
+    if (ends.size() != 2) continue;
+    const IdPair pair{ends[0].Text(), ends[1].Text()};
+    RequireStation(ends[0], pair.first, stations);
+    RequireStation(ends[1], pair.second, stations);
+    if (pair.first.empty() || pair.second.empty()) continue;
+    const std::string found = fmt::format("[{}, {}]", pair.first, pair.second);
+    if (pair.first == pair.second) {
+      item.Reject("two different stations", "", found);
+      continue;
+    }
+    const auto [it, inserted] = listed.emplace(Sorted(pair), item.line());
+    if (!inserted) {
+      item.Reject("each pair once in include and exclude together",
+                  fmt::format("line {} has the same pair", it->second), found);
+    }
+    pairs.push_back(pair);
+  }
+  return pairs;
+}
+
+PairSpec ReadPairs(const YamlValue& value, const std::vector<StationSpec>& stations) {
+  PairSpec pairs;
+  if (!value.present()) return pairs;
+  if (!value.IsMap()) {
+    const std::string expected = "auto, or a map with include and exclude";
+    if (!value.IsScalar() || value.Text() != "auto") value.Reject(expected);
+    return pairs;
+  }
+  std::map<IdPair, int> listed;
+  pairs.include = ReadPairList(value.Optional("include"), stations, listed);
+  pairs.exclude = ReadPairList(value.Optional("exclude"), stations, listed);
+  return pairs;
+}
+
+CloudOutput ReadMerged(const YamlValue& item, std::set<std::string>& taken,
+                       Unsupported& unsupported) {
+  CloudOutput output;
+  const YamlValue format = item.Required("format");
+  const int choice = format.Choice(-1, FormatNames());
+  const YamlValue path = item.Required("path");
+  output.path = path.Path();
+  output.thin_m = item.Optional("thin_m").Real(0.0, {0.0, 10.0, "m"});
+  if (choice < 0 || output.path.empty()) return output;
+  output.format = static_cast<CloudFormat>(choice);
+  if (output.format == CloudFormat::kE57) Note(unsupported, format, "merged clouds in E57");
+  const std::string extension = "." + FormatNames()[static_cast<std::size_t>(choice)];
+  if (std::filesystem::path(output.path).extension() != extension) {
+    path.Reject("a file name ending in " + extension);
+  }
+  if (!taken.insert(output.path).second) {
+    path.Reject("a path that no scan and no other output has");
+  }
+  return output;
+}
+
+OutputSpec ReadOutputs(const YamlValue& map, const std::vector<StationSpec>& stations,
+                       Unsupported& unsupported) {
+  OutputSpec outputs;
+  std::set<std::string> taken;
+  for (const StationSpec& station : stations) taken.insert(station.scan);
+  const YamlValue merged = map.Optional("merged");
+  if (merged.present()) {
+    outputs.merged.emplace();
+    for (const YamlValue& item : merged.Items()) {
+      outputs.merged->push_back(ReadMerged(item, taken, unsupported));
+    }
+  }
+  const YamlValue each = map.Optional("stations");
+  if (each.present()) {
+    CloudOutput output;
+    output.format = static_cast<CloudFormat>(each.Required("format").Choice(0, FormatNames()));
+    output.path = each.Required("path").Path();
+    outputs.stations = output;
+    Note(unsupported, each, "one registered cloud per station");
+  }
+  return outputs;
+}
+
+GateSpec ReadGates(const YamlValue& map, Unsupported& unsupported) {
+  constexpr RealRange range{1e-3, 1e6, "mm"};
+  GateSpec gates;
+  const YamlValue sigma = map.Optional("max_station_sigma_mm");
+  if (sigma.present()) gates.max_station_sigma_mm = sigma.Real(1.0, range);
+  const YamlValue rmse = map.Optional("max_check_rmse_mm");
+  if (rmse.present()) gates.max_check_rmse_mm = rmse.Real(1.0, range);
+  Note(unsupported, rmse, "check points");
+  gates.require_all_stations = map.Optional("require_all_stations").Flag(false);
+  return gates;
+}
+
+ResourceSpec ReadResources(const YamlValue& map) {
+  ResourceSpec resources;
+  resources.threads = map.Optional("threads").Integer(resources.threads, 0, 4096);
+  resources.memory_gb = map.Optional("memory_gb").Real(resources.memory_gb, {0.25, 65536.0, "GB"});
+  return resources;
+}
+
+void CheckSectionNames(const std::vector<OptionSection>& sections) {
+  constexpr std::array<std::string_view, 9> kOwn = {"schema_version", "name",    "crs",
+                                                    "stations",       "control", "pairs",
+                                                    "outputs",        "gates",   "resources"};
+  for (const OptionSection& section : sections) {
+    BACKSIGHT_CHECK(std::find(kOwn.begin(), kOwn.end(), section.name) == kOwn.end(),
+                    "option section '" + section.name + "' has the name of a project key");
+  }
+}
+
+}  // namespace
+
+SurveyProject ReadSurveyProject(const std::string& path,
+                                const std::vector<OptionSection>& sections) {
+  CheckSectionNames(sections);
+  YamlDocument document = YamlDocument::Load(path);
+  const YamlValue root = document.root();
+  SurveyProject project;
+  project.path = path;
+  ReadSchemaVersion(root.Required("schema_version"));
+  project.name = root.Optional("name").Text(std::filesystem::path(path).stem().string());
+  const YamlValue crs = root.Optional("crs");
+  if (crs.present()) project.crs = ReadCrs(crs);
+  Note(project.unsupported, crs, "a coordinate reference system for the result");
+  project.stations = ReadStations(root.Required("stations"), project.unsupported);
+  const YamlValue control = root.Optional("control");
+  project.control = ReadControl(control, project.stations);
+  Note(project.unsupported, control, "control and check points");
+  project.pairs = ReadPairs(root.Optional("pairs"), project.stations);
+  project.outputs = ReadOutputs(root.Optional("outputs"), project.stations, project.unsupported);
+  project.gates = ReadGates(root.Optional("gates"), project.unsupported);
+  project.resources = ReadResources(root.Optional("resources"));
+  ReadOptions(root, sections);
+  document.ThrowIfInvalid();
+  return project;
+}
+
+void RefuseUnsupported(const SurveyProject& project) {
+  std::string list = "this version cannot do yet:";
+  for (const UnsupportedItem& item : project.unsupported) {
+    list.append(fmt::format("\n  {}: {}: {}", item.where, item.key, item.what));
+  }
+  throw InputError({project.path, list, "", "remove these keys to run without them"});
+}
+
+}  // namespace backsight

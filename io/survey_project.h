@@ -1,0 +1,119 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/option_visitor.h"
+#include "core/rigid_transform.h"
+
+namespace backsight {
+
+/// Where a station is believed to be, from GNSS, a sketch or an earlier survey.
+struct StationPrior {
+  RigidTransform survey_from_station;
+  double sigma_m = 1.0;
+  double sigma_deg = 5.0;
+};
+
+struct StationSpec {
+  std::string id;                 ///< fit for file names; unique
+  std::string scan;               ///< path of the scan file
+  int scan_index = 0;             ///< which scan of the file, from 0
+  bool levelled = false;          ///< the instrument was levelled: z of the station frame is up
+  double level_sigma_deg = 0.01;  ///< how well; per horizontal axis
+  std::optional<StationPrior> prior;
+  /// Position of the instrument in the scan's own coordinates, metres; needed only for scans that
+  /// are not in their scanner's frame.
+  std::optional<Eigen::Vector3d> scanner_origin_m;
+};
+
+/// Names of EPSG or another authority, "EPSG:25832".
+struct CrsSpec {
+  std::string horizontal;
+  std::string vertical;  ///< empty: none
+};
+
+/// Where a station saw a survey point.
+struct ControlMeasurement {
+  std::string station;
+  Eigen::Vector3d xyz_m = Eigen::Vector3d::Zero();  ///< station frame
+};
+
+struct ControlPoint {
+  enum class Role { kControl, kCheck };
+  std::string id;
+  Eigen::Vector3d crs_m = Eigen::Vector3d::Zero();  ///< easting, northing, height
+  Eigen::Vector3d sigma_m = Eigen::Vector3d::Zero();
+  Role role = Role::kControl;
+  std::vector<ControlMeasurement> measured;
+};
+
+/// Pairs of station ids in no particular order of the two.
+struct PairSpec {
+  std::vector<std::pair<std::string, std::string>> include;  ///< tried in any case
+  std::vector<std::pair<std::string, std::string>> exclude;  ///< never tried
+};
+
+enum class CloudFormat { kLas, kPly, kE57 };
+
+struct CloudOutput {
+  CloudFormat format = CloudFormat::kLas;
+  std::string path;     ///< a file for a merged cloud, a folder for station clouds
+  double thin_m = 0.0;  ///< keep one point per cell of this edge; 0: all points
+};
+
+struct OutputSpec {
+  /// Absent: the project file does not say, the caller chooses. Empty: none wanted.
+  std::optional<std::vector<CloudOutput>> merged;
+  std::optional<CloudOutput> stations;
+};
+
+/// Limits that decide between exit codes 0 and 4; absent: not checked.
+struct GateSpec {
+  std::optional<double> max_station_sigma_mm;
+  std::optional<double> max_check_rmse_mm;
+  bool require_all_stations = false;
+};
+
+struct ResourceSpec {
+  int threads = 0;  ///< 0: all cores
+  double memory_gb = 8.0;
+};
+
+/// Something valid in the project file that this version does not act on yet.
+struct UnsupportedItem {
+  std::string where;  ///< "survey.yaml:12"
+  std::string key;    ///< "stations[2].prior"
+  std::string what;   ///< "position priors"
+};
+
+/// A survey project file. Paths are as the program can open them: absolute, or the folder of the
+/// project file joined with what is written there.
+struct SurveyProject {
+  std::string path;
+  std::string name;  ///< the file's stem where not given
+  std::optional<CrsSpec> crs;
+  std::vector<StationSpec> stations;  ///< at least 2
+  std::vector<ControlPoint> control;
+  PairSpec pairs;
+  OutputSpec outputs;
+  GateSpec gates;
+  ResourceSpec resources;
+  /// Must be refused by the caller, or acted upon: never passed over in silence.
+  std::vector<UnsupportedItem> unsupported;
+};
+
+/// Reads and validates a survey project file (schema_version 1) and fills the options behind
+/// `sections` from its maps of the same names. Throws one InputError that lists everything wrong
+/// with the file, line by line. A prior's `survey_from_station` is either 16 numbers, a 4x4 matrix
+/// by rows, or 7 numbers [x, y, z, qw, qx, qy, qz].
+SurveyProject ReadSurveyProject(const std::string& path,
+                                const std::vector<OptionSection>& sections);
+
+/// One error that names every unsupported item; call it to refuse a project that needs them.
+[[noreturn]] void RefuseUnsupported(const SurveyProject& project);
+
+}  // namespace backsight

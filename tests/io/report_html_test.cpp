@@ -1,0 +1,162 @@
+#include "io/report_html.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <png.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <functional>
+#include <limits>
+#include <string_view>
+
+#include "core/error.h"
+#include "io/html_text.h"
+#include "io/png_image.h"
+#include "io/report_plan.h"
+#include "tests/io/sample_run.h"
+
+namespace backsight {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::StartsWith;
+
+RgbImage Gradient() {
+  RgbImage image(320, 90, {255, 255, 255});
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      image.Set(x, y, {static_cast<std::uint8_t>(x % 256), static_cast<std::uint8_t>(y), 7});
+    }
+  }
+  return image;
+}
+
+std::size_t Count(const std::string& text, std::string_view part) {
+  std::size_t count = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) {
+    ++count;
+  }
+  return count;
+}
+
+TEST(ReportHtml, ShowsVerdictStationsAndLinks) {
+  const RunRecord run = SampleRun();
+  const std::string html = ReportHtml(run, {{"Section A", "Along x", EncodePng(Gradient())}});
+  EXPECT_THAT(html, StartsWith("<!DOCTYPE html>"));
+  EXPECT_THAT(html, HasSubstr(HtmlText(run.verdict)));
+  EXPECT_THAT(html, HasSubstr("<b>10 of 12</b>"));
+  for (const PoseRecord& pose : run.poses) {
+    EXPECT_THAT(html, HasSubstr("<td><b>" + pose.station + "</b></td>"));
+  }
+  for (const LinkRecord& link : run.links) {
+    EXPECT_THAT(
+        html, HasSubstr("<td><b>" + link.source + "</b></td><td><b>" + link.target + "</b></td>"));
+  }
+  EXPECT_EQ(Count(html, "<circle class=\"station\""), 10U);
+  EXPECT_EQ(Count(html, "class=\"link accepted"), 9U);
+  EXPECT_EQ(Count(html, "class=\"link rejected\" x1=\"2\""), 1U);
+  EXPECT_THAT(html, HasSubstr("data:image/png;base64,iVBORw0KGgo"));
+  for (const char* absent : {"<script", "http:", "https:", "nan", "inf\""}) {
+    EXPECT_THAT(html, Not(HasSubstr(absent)));
+  }
+  EXPECT_EQ(html, ReportHtml(run, {{"Section A", "Along x", EncodePng(Gradient())}}));
+  // For people who want to look at it.
+  if (const char* path = std::getenv("BACKSIGHT_KEEP_REPORT")) std::ofstream(path) << html;
+}
+
+TEST(ReportHtml, EscapesEverything) {
+  const std::string evil = "<script>alert(\"1\")</script>'&\x01\xff";
+  RunRecord run = SampleRun();
+  for (auto& link : run.links) {
+    if (link.source == "S1") link.source = evil;
+    link.reason = evil;
+  }
+  run.poses[0].station = evil;
+  for (auto& pose : run.poses) pose.reason = evil;
+  run.project_name = run.version = run.verdict = evil;
+  for (auto& scan : run.scans) scan.station = scan.path = scan.format = evil;
+  run.scans[0].notes = {evil};
+  run.outputs[0].path = run.outputs[0].format = evil;
+  run.gates[0].name = run.gates[0].limit = run.gates[0].value = evil;
+  run.warnings = {evil};
+  run.network = {{evil, 1.0}};
+  const std::string html = ReportHtml(run, {{evil, evil, {}}});
+  for (const char* raw : {"<script", "alert(\"", "\x01", "\xff"}) {
+    EXPECT_THAT(html, Not(HasSubstr(raw)));
+  }
+  EXPECT_THAT(html, HasSubstr("&lt;script&gt;alert(&quot;1&quot;)&lt;/script&gt;&#39;&amp;"));
+}
+
+TEST(ReportHtml, StandsEmptyRunsAndLoneStations) {
+  EXPECT_THAT(ReportHtml({}, {}), HasSubstr("No station is registered."));
+  RunRecord run = SampleRun();
+  run.poses.resize(1);
+  EXPECT_THAT(ReportHtml(run, {}), HasSubstr("S1 stands alone."));
+  run = SampleRun();
+  for (auto& pose : run.poses) pose.survey_from_station.translation.setZero();
+  EXPECT_THAT(ReportHtml(run, {}), HasSubstr("<svg class=\"plan\""));
+}
+
+TEST(ReportHtml, NotANumberIsRefused) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const auto& spoil : std::vector<std::function<void(RunRecord&)>>{
+           [&](RunRecord& r) { r.poses[1].survey_from_station.translation.x() = nan; },
+           [&](RunRecord& r) { r.poses[1].survey_from_station.translation.z() = nan; },
+           [&](RunRecord& r) { (*r.poses[1].covariance)(0, 0) = nan; },
+           [&](RunRecord& r) { r.links[1].network_residual_m = nan; },
+           [&](RunRecord& r) { r.links[1].rms_m = nan; },
+           [&](RunRecord& r) { r.scans[1].extent_m = nan; },
+           [&](RunRecord& r) { r.network[0].second = nan; }}) {
+    RunRecord run = SampleRun();
+    spoil(run);
+    EXPECT_THROW(ReportHtml(run, {}), InternalError);
+  }
+}
+
+TEST(ReportPlan, ClassesOfResiduals) {
+  EXPECT_EQ(ResidualClass(0.0), 0);
+  EXPECT_EQ(ResidualClass(0.002), 0);
+  EXPECT_EQ(ResidualClass(0.004), 1);
+  EXPECT_EQ(ResidualClass(0.009), 2);
+  EXPECT_EQ(ResidualClass(5.0), 3);
+}
+
+TEST(HtmlText, NumbersAndBase64) {
+  EXPECT_EQ(FixedText(-0.0001, 3, "x"), "0.000");
+  EXPECT_EQ(FixedText(-1.25, 1, "x"), "-1.2");
+  EXPECT_EQ(GroupedText(1234567),
+            "1\xc2\xa0"
+            "234\xc2\xa0"
+            "567");
+  EXPECT_EQ(GroupedText(12), "12");
+  const auto base64 = [](std::string_view text) {
+    return Base64({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+  };
+  // RFC 4648, section 10.
+  EXPECT_EQ(base64(""), "");
+  EXPECT_EQ(base64("f"), "Zg==");
+  EXPECT_EQ(base64("fo"), "Zm8=");
+  EXPECT_EQ(base64("foo"), "Zm9v");
+  EXPECT_EQ(base64("foobar"), "Zm9vYmFy");
+}
+
+TEST(PngImage, DecodesToTheSamePixels) {
+  const RgbImage image = Gradient();
+  const std::vector<std::uint8_t> bytes = EncodePng(image);
+  png_image png{};
+  png.version = PNG_IMAGE_VERSION;
+  ASSERT_NE(png_image_begin_read_from_memory(&png, bytes.data(), bytes.size()), 0);
+  EXPECT_EQ(png.width, 320U);
+  EXPECT_EQ(png.height, 90U);
+  png.format = PNG_FORMAT_RGB;
+  std::vector<std::uint8_t> rgb(PNG_IMAGE_SIZE(png));
+  ASSERT_NE(png_image_finish_read(&png, nullptr, rgb.data(), 0, nullptr), 0);
+  EXPECT_EQ(rgb, image.rgb);
+  EXPECT_EQ(image.At(5, 6), (std::array<std::uint8_t, 3>{5, 6, 7}));
+  EXPECT_THROW(EncodePng({}), InternalError);
+}
+
+}  // namespace
+}  // namespace backsight

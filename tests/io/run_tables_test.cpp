@@ -1,0 +1,142 @@
+#include "io/run_tables.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "core/error.h"
+#include "io/csv_table.h"
+#include "io/run_json.h"
+#include "tests/io/sample_run.h"
+
+namespace backsight {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+std::string InternalComplaint(const std::function<void()>& function) {
+  try {
+    function();
+  } catch (const InternalError& e) {
+    return e.what();
+  }
+  return {};
+}
+
+TEST(RunTables, HeadersAreFixed) {
+  EXPECT_EQ(PosesCsv({}),
+            "station,component,status,tx_m,ty_m,tz_m,qw,qx,qy,qz,reason,links,sigma_x_m,sigma_y_m,"
+            "sigma_z_m,sigma_worst_m,sigma_rx_deg,sigma_ry_deg,sigma_rz_deg\n");
+  EXPECT_EQ(LinksCsv({}),
+            "source,target,status,reason,tx_m,ty_m,tz_m,qw,qx,qy,qz,coarse_tx_m,coarse_ty_m,"
+            "coarse_tz_m,coarse_qw,coarse_qx,coarse_qy,coarse_qz,overlap,rms_m,fine_status,"
+            "correspondences,consensus,consensus_null,planes,weakest_sigma_m,iterations,"
+            "network_weight,network_residual_m,network_residual_deg,loop_controlled\n");
+}
+
+TEST(RunTables, LinksReadBackExactly) {
+  const auto links = SampleRun().links;
+  const CsvTable table = CsvTable::Parse(LinksCsv(links), "links.csv");
+  ASSERT_EQ(table.rows().size(), links.size());
+  for (std::size_t i = 0; i < links.size(); ++i) {
+    const LinkRecord& link = links[i];
+    const CsvTable::Row& row = table.rows()[i];
+    EXPECT_EQ(table.Text(row, "source"), link.source);
+    EXPECT_EQ(table.Text(row, "target"), link.target);
+    EXPECT_EQ(table.Text(row, "status"), ToString(link.status));
+    EXPECT_EQ(table.Text(row, "reason"), link.reason);
+    EXPECT_EQ(table.Integer(row, "correspondences"), link.correspondences);
+    EXPECT_EQ(table.Text(row, "qw").empty(), !link.fine.has_value());
+    EXPECT_EQ(table.Text(row, "coarse_qw").empty(), !link.coarse.has_value());
+    if (!link.fine) continue;
+    EXPECT_EQ(table.Real(row, "tx_m"), link.fine->translation.x());
+    EXPECT_EQ(table.Real(row, "coarse_tz_m"), link.coarse->translation.z());
+    EXPECT_EQ(table.Real(row, "qz"), link.fine->Quaternion().z());
+    EXPECT_EQ(table.Real(row, "rms_m"), link.rms_m);
+    EXPECT_EQ(table.Real(row, "network_residual_deg"), link.network_residual_deg);
+    EXPECT_EQ(table.Text(row, "loop_controlled"), *link.loop_controlled ? "true" : "false");
+  }
+}
+
+TEST(RunTables, SigmasAreThoseOfTheStationsPosition) {
+  PoseRecord pose;
+  pose.status = StationStatus::kRegistered;
+  pose.survey_from_station.translation = {100.0, 0.0, 0.0};
+  Matrix6d covariance = Matrix6d::Zero();
+  covariance(2, 2) = 1e-8;  // 0.1 mrad about z turns a station 100 m off by 10 mm in y
+  pose.covariance = covariance;
+  const PoseSigma sigma = *SigmaOf(pose);
+  EXPECT_NEAR(sigma.position_m.x(), 0.0, 1e-12);
+  EXPECT_NEAR(sigma.position_m.y(), 0.01, 1e-12);
+  EXPECT_NEAR(sigma.worst_position_m, 0.01, 1e-12);
+  EXPECT_NEAR(sigma.rotation_deg.z(), 1e-4 * 180.0 / std::numbers::pi, 1e-12);
+  // Uncertain rotation about the station itself leaves its position alone.
+  Vector6d about_station;
+  about_station << 0.0, 0.0, 1.0, 0.0, -100.0, 0.0;
+  pose.covariance = 1e-8 * about_station * about_station.transpose();
+  EXPECT_NEAR(SigmaOf(pose)->worst_position_m, 0.0, 1e-9);
+}
+
+TEST(RunTables, NotANumberIsRefusedByName) {
+  RunRecord run = SampleRun();
+  run.poses[1].survey_from_station.translation.y() = kNaN;
+  EXPECT_THAT(InternalComplaint([&] { PosesCsv(run.poses); }),
+              HasSubstr("poses.csv, station S2, ty_m is nan"));
+  EXPECT_THAT(InternalComplaint([&] { PosesJson(run.poses); }),
+              HasSubstr("poses.json/poses/1/survey_from_station/translation_m/1 is nan"));
+  run.links[0].rms_m = std::numeric_limits<double>::infinity();
+  EXPECT_THAT(InternalComplaint([&] { LinksCsv(run.links); }),
+              HasSubstr("links.csv, link S1 S2, rms_m is inf"));
+  ManifestRecord manifest;
+  manifest.wall_s = kNaN;
+  EXPECT_THAT(InternalComplaint([&] { ManifestJson(manifest); }),
+              HasSubstr("manifest.json/wall_s"));
+  run.poses[0].covariance = Matrix6d::Constant(kNaN);
+  EXPECT_THAT(InternalComplaint([&] { PosesCsv(run.poses); }), HasSubstr("station S1"));
+}
+
+TEST(RunJson, ParsesBackWithStableKeys) {
+  const RunRecord run = SampleRun();
+  const std::string text = ReportJson(run);
+  EXPECT_EQ(text, ReportJson(run));
+  EXPECT_THAT(text, StartsWith("{\n  \"schema_version\": 1,\n"));
+  const auto json = nlohmann::ordered_json::parse(text);
+  std::vector<std::string> keys;
+  for (const auto& [key, value] : json.items()) keys.push_back(key);
+  EXPECT_EQ(keys, (std::vector<std::string>{"schema_version", "project_name", "version", "verdict",
+                                            "exit_code", "gates", "network", "poses", "links",
+                                            "scans", "outputs", "warnings"}));
+  EXPECT_EQ(json["links"].size(), run.links.size());
+  EXPECT_EQ(json["links"][0]["rms_m"], run.links[0].rms_m);
+  EXPECT_TRUE(json["links"][11]["target_from_source"].is_null());
+  EXPECT_EQ(json["poses"][2]["covariance"][5][5], (*run.poses[2].covariance)(5, 5));
+  EXPECT_TRUE(json["poses"][10]["survey_from_station"].is_null());
+  EXPECT_EQ(json["network"]["cost"], 1.25);
+  EXPECT_EQ(json["gates"][0]["passed"], false);
+  const auto poses = nlohmann::ordered_json::parse(PosesJson(run.poses));
+  EXPECT_EQ(poses["poses"], json["poses"]);
+}
+
+TEST(RunJson, ManifestHoldsOptionsInputsAndTimes) {
+  ManifestRecord manifest;
+  manifest.version = "0.1.0";
+  manifest.project_path = "bad \xff byte";
+  manifest.options = "registration.resolution_m=0.1\n";
+  manifest.inputs = {{"scans/S1.ptx", "00ff"}};
+  manifest.stages = {{"ingest", 1.5}};
+  const auto json = nlohmann::ordered_json::parse(ManifestJson(manifest));
+  EXPECT_EQ(json["schema_version"], 1);
+  EXPECT_EQ(json["inputs"][0]["fingerprint"], "00ff");
+  EXPECT_EQ(json["stages"][0]["seconds"], 1.5);
+  EXPECT_EQ(json["options"], manifest.options);
+}
+
+}  // namespace
+}  // namespace backsight

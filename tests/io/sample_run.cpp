@@ -1,0 +1,128 @@
+#include "tests/io/sample_run.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <fstream>
+
+#include "core/random.h"
+
+namespace backsight {
+namespace {
+
+PoseRecord SamplePose(int number, Random& random) {
+  PoseRecord pose;
+  pose.station = fmt::format("S{}", number);
+  if (number >= 11) {
+    pose.status = number == 11 ? StationStatus::kNotRegistered : StationStatus::kUnreadable;
+    pose.reason = number == 11 ? "no_accepted_link" : "scans/S12.ptx:12: 'abc'; expected a number";
+    return pose;
+  }
+  pose.status = StationStatus::kRegistered;
+  pose.component = number >= 9 ? 1 : 0;
+  pose.link_count = 2;
+  pose.survey_from_station = {
+      random.Rotation(),
+      {18.0 * std::cos(0.8 * number) + random.Uniform(-3, 3),
+       11.0 * std::sin(0.8 * number) + random.Uniform(-3, 3), random.Uniform(-0.5, 0.5)}};
+  Matrix6d covariance = Matrix6d::Zero();
+  covariance.diagonal() << 1e-9, 1e-9, 4e-9, 1e-6, 2e-6, 4e-6;
+  pose.covariance = covariance * (0.5 + random.Uniform());
+  return pose;
+}
+
+LinkRecord SampleLink(const RunRecord& run, int source, int target, LinkStatus status,
+                      Random& random) {
+  LinkRecord link;
+  link.source = fmt::format("S{}", source);
+  link.target = fmt::format("S{}", target);
+  link.status = status;
+  link.correspondences = 400 + static_cast<int>(random.Index(400));
+  if (status == LinkStatus::kFailed) {
+    link.reason = "too_few_keypoints";
+    return link;
+  }
+  const auto& poses = run.poses;
+  link.coarse = poses[static_cast<std::size_t>(target - 1)].survey_from_station.Inverse() *
+                poses[static_cast<std::size_t>(source - 1)].survey_from_station;
+  link.consensus = 60 + static_cast<int>(random.Index(90));
+  link.consensus_null = 9;
+  link.overlap = random.Uniform(0.15, 0.7);
+  if (status == LinkStatus::kRejected) {
+    link.reason = "free_space_conflict";
+    return link;
+  }
+  link.fine = link.coarse;
+  link.fine_status = "converged";
+  link.planes = 800;
+  link.rms_m = random.Uniform(0.001, 0.004);
+  link.weakest_sigma_m = random.Uniform(0.0003, 0.002);
+  link.iterations = 14;
+  link.network_weight = random.Uniform(0.7, 1.0);
+  link.network_residual_m = random.Uniform(0.0, 0.024);
+  link.network_residual_deg = random.Uniform(0.0, 0.02);
+  link.loop_controlled = source < 9;
+  return link;
+}
+
+}  // namespace
+
+RunRecord SampleRun() {
+  Random random(7);
+  RunRecord run;
+  run.project_name = "Town hall facade";
+  run.version = "0.1.0";
+  run.verdict = "Partial: 10 of 12 stations are registered, in 2 components; 1 gate failed.";
+  run.exit_code = 3;
+  for (int i = 1; i <= 12; ++i) run.poses.push_back(SamplePose(i, random));
+  for (int i = 1; i <= 7; ++i) {
+    run.links.push_back(SampleLink(run, i, i + 1, LinkStatus::kAccepted, random));
+  }
+  run.links.push_back(SampleLink(run, 1, 8, LinkStatus::kAccepted, random));
+  run.links.push_back(SampleLink(run, 2, 7, LinkStatus::kRejected, random));
+  run.links.push_back(SampleLink(run, 3, 6, LinkStatus::kRejected, random));
+  run.links.push_back(SampleLink(run, 9, 10, LinkStatus::kAccepted, random));
+  run.links.push_back(SampleLink(run, 1, 11, LinkStatus::kFailed, random));
+  for (int i = 1; i <= 11; ++i) {
+    ScanRecord scan;
+    scan.station = fmt::format("S{}", i);
+    scan.path = fmt::format("scans/S{}.ptx", i);
+    scan.format = "PTX";
+    scan.records = 12000000;
+    scan.dropped = 250000;
+    scan.points = scan.records - scan.dropped;
+    scan.leaves = 182000;
+    scan.keypoints = 3100;
+    scan.extent_m = 41.25;
+    if (i == 3) scan.notes = {"repaired: 12 records with a decimal comma", "no intensity"};
+    run.scans.push_back(scan);
+  }
+  run.outputs = {{"out/merged.las", "las", 45123456}};
+  run.gates = {{"require_all_stations", "12", "10", false},
+               {"max_station_sigma_mm", "5 mm", "2.9 mm", true}};
+  run.warnings = {"The link S9 S10 lies on no loop: nothing controls it."};
+  run.network = {{"iterations", 9.0}, {"cost", 1.25}, {"removed_links", 0.0}};
+  return run;
+}
+
+TestFolder::TestFolder()
+    : folder_(std::filesystem::path(::testing::TempDir()) /
+              fmt::format("backsight_{}_{}", getpid(),
+                          ::testing::UnitTest::GetInstance()->current_test_info()->name())) {
+  std::filesystem::create_directories(folder_);
+}
+
+TestFolder::~TestFolder() {
+  std::error_code error;
+  std::filesystem::remove_all(folder_, error);
+}
+
+std::string TestFolder::Write(const std::string& name, const std::string& text) const {
+  std::filesystem::create_directories((folder_ / name).parent_path());
+  std::ofstream(folder_ / name, std::ios::binary) << text;
+  return Path(name);
+}
+
+}  // namespace backsight

@@ -1,0 +1,286 @@
+#include "io/survey_project.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "core/error.h"
+#include "core/random.h"
+
+namespace backsight {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+struct FakeOptions {
+  double resolution_m = 0.1;
+
+  std::vector<OptionSection> Sections() {
+    return {{"registration", "Registration.", [this](OptionVisitor& v) {
+               v.Real("resolution_m", resolution_m, "m", 0.01, 1.0, "Voxel edge");
+             }}};
+  }
+};
+
+class SurveyProjectTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::path(::testing::TempDir()) /
+              fmt::format("backsight_project_{}_{}", getpid(),
+                          ::testing::UnitTest::GetInstance()->current_test_info()->name());
+    std::filesystem::create_directories(folder_ / "scans");
+    for (const char* name : {"S1.ptx", "S2.ptx", "S3.ptx"}) {
+      std::ofstream(folder_ / "scans" / name) << "scan";
+    }
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  SurveyProject Read(const std::string& text) {
+    std::ofstream(folder_ / "survey.yaml", std::ios::binary) << text;
+    return ReadSurveyProject((folder_ / "survey.yaml").string(), options_.Sections());
+  }
+  std::string Complaint(const std::string& text) {
+    try {
+      Read(text);
+    } catch (const InputError& e) {
+      return e.what();
+    }
+    return {};
+  }
+
+  std::filesystem::path folder_;
+  FakeOptions options_;
+};
+
+constexpr char kWhole[] = R"(schema_version: 1
+name: Town hall facade
+crs: {horizontal: EPSG:25832, vertical: EPSG:7837}
+stations:
+  - {id: S1, scan: scans/S1.ptx}
+  - {id: S2, scan: scans/S2.ptx, levelled: true, level_sigma_deg: 0.02}
+  - {id: S3, scan: scans/S2.ptx, scan_index: 2, scanner_origin_m: [1, 2, 3]}
+  - id: S4
+    scan: ${BACKSIGHT_TEST_SCANS}/S3.ptx
+    prior: {survey_from_station: [0, -1, 0, 5, 1, 0, 0, 6, 0, 0, 1, 7, 0, 0, 0, 1], sigma_m: 0.5, sigma_deg: 5}
+control:
+  - id: P1
+    crs: [691023.412, 5335821.223, 512.034]
+    sigma_m: [0.003, 0.003, 0.005]
+    role: check
+    measured: [{station: S1, xyz: [1.234, 5.678, 0.910]}]
+pairs: {include: [[S1, S2]], exclude: [[S3, S4]]}
+registration: {resolution_m: 0.2}
+outputs:
+  merged: [{format: las, path: out/merged.las, thin_m: 0.005}]
+  stations: {format: e57, path: out/registered/}
+gates: {max_station_sigma_mm: 5, max_check_rmse_mm: 10, require_all_stations: true}
+resources: {threads: 2, memory_gb: 4}
+)";
+
+TEST_F(SurveyProjectTest, ReadsAWholeProject) {
+  setenv("BACKSIGHT_TEST_SCANS", (folder_ / "scans").c_str(), 1);
+  const SurveyProject project = Read(kWhole);
+  EXPECT_EQ(project.name, "Town hall facade");
+  ASSERT_EQ(project.stations.size(), 4U);
+  EXPECT_EQ(project.stations[0].scan, (folder_ / "scans/S1.ptx").string());
+  EXPECT_FALSE(project.stations[0].levelled);
+  EXPECT_TRUE(project.stations[1].levelled);
+  EXPECT_EQ(project.stations[1].level_sigma_deg, 0.02);
+  EXPECT_EQ(project.stations[2].scan_index, 2);
+  EXPECT_EQ(*project.stations[2].scanner_origin_m, Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(project.stations[3].scan, (folder_ / "scans/S3.ptx").string());
+  const RigidTransform& prior = project.stations[3].prior->survey_from_station;
+  EXPECT_LT((prior * Eigen::Vector3d(1, 0, 0) - Eigen::Vector3d(5, 7, 7)).norm(), 1e-12);
+  EXPECT_EQ(project.crs->vertical, "EPSG:7837");
+  ASSERT_EQ(project.control.size(), 1U);
+  EXPECT_EQ(project.control[0].role, ControlPoint::Role::kCheck);
+  EXPECT_EQ(project.control[0].crs_m.x(), 691023.412);
+  EXPECT_EQ(project.control[0].measured[0].xyz_m.y(), 5.678);
+  EXPECT_EQ(project.pairs.include[0].second, "S2");
+  EXPECT_EQ(project.pairs.exclude[0].first, "S3");
+  EXPECT_EQ(options_.resolution_m, 0.2);
+  EXPECT_EQ(project.outputs.merged->at(0).path, (folder_ / "out/merged.las").string());
+  EXPECT_EQ(project.outputs.merged->at(0).thin_m, 0.005);
+  EXPECT_EQ(project.outputs.stations->format, CloudFormat::kE57);
+  EXPECT_EQ(*project.gates.max_station_sigma_mm, 5.0);
+  EXPECT_TRUE(project.gates.require_all_stations);
+  EXPECT_EQ(project.resources.threads, 2);
+  EXPECT_EQ(project.resources.memory_gb, 4.0);
+}
+
+TEST_F(SurveyProjectTest, NamesWhatItCannotDoYet) {
+  setenv("BACKSIGHT_TEST_SCANS", (folder_ / "scans").c_str(), 1);
+  const SurveyProject project = Read(kWhole);
+  std::string message;
+  try {
+    RefuseUnsupported(project);
+  } catch (const InputError& e) {
+    message = e.what();
+  }
+  for (const char* part :
+       {"survey.yaml:3: crs:", "survey.yaml:10: stations[3].prior:", "survey.yaml:11: control:",
+        "survey.yaml:21: outputs.stations:", "survey.yaml:22: gates.max_check_rmse_mm:"}) {
+    EXPECT_THAT(message, HasSubstr(part));
+  }
+  EXPECT_EQ(project.unsupported.size(), 5U);
+}
+
+TEST_F(SurveyProjectTest, TheSmallestProjectHasDefaults) {
+  const SurveyProject project = Read(
+      "schema_version: 1\nstations: [{id: a, scan: scans/S1.ptx}, {id: b, scan: scans/S2.ptx}]\n");
+  EXPECT_EQ(project.name, "survey");
+  EXPECT_TRUE(project.unsupported.empty());
+  EXPECT_FALSE(project.outputs.merged.has_value());
+  EXPECT_FALSE(project.gates.max_station_sigma_mm.has_value());
+  EXPECT_EQ(project.resources.threads, 0);
+  EXPECT_EQ(options_.resolution_m, 0.1);
+}
+
+TEST_F(SurveyProjectTest, ListsFifteenMistakesAtOnce) {
+  unsetenv("BACKSIGHT_TEST_UNSET");
+  const std::string complaint = Complaint(R"(schema_version: 2
+nmae: Town hall
+stations:
+  - {id: S1, scan: scans/S1.ptx}
+  - {id: S1, scan: scans/S2.ptx}
+  - {id: "a/b", scan: scans/S3.ptx}
+  - {id: S4, scan: scans/missing.ptx}
+  - {id: S5, scan: scans/../scans/S1.ptx}
+  - {id: S6, scan: "${BACKSIGHT_TEST_UNSET}/S6.ptx"}
+  - {id: S7, scan: scans/S2.ptx, scan_index: -1}
+  - {id: S8, scan: scans/S2.ptx, scan_index: 3, levelled: yes}
+  - {id: S9, scan: scans/S2.ptx, scan_index: 4,
+     prior: {survey_from_station: [0, 0, 0, 1, 0, 0, 0], sigma_m: -1, sigma_deg: 5}}
+pairs:
+  include: [[S1, S44]]
+  exclude: [[S4, S4]]
+registration:
+  resolution_m: 7
+outputs:
+  merged:
+    - {format: laz, path: out/merged.las}
+    - {format: las, path: out/merged.las, thin_m: -2}
+gates: {require_all_stations: 1}
+)");
+  for (const char* part :
+       {"survey.yaml:1: schema_version: found '2'; expected 1",
+        "survey.yaml:2: nmae: found an unknown key",
+        "did you mean 'name'?",
+        "survey.yaml:5: stations[1].id: found 'S1'",
+        "line 4 has the same one",
+        "survey.yaml:6: stations[2].id: found 'a/b'",
+        "survey.yaml:7: stations[3].scan: found 'scans/missing.ptx'",
+        "no such file",
+        "survey.yaml:8: stations[4].scan",
+        "line 4 has the same scan 0",
+        "survey.yaml:9: stations[5].scan",
+        "BACKSIGHT_TEST_UNSET is not set",
+        "survey.yaml:10: stations[6].scan_index: found '-1'",
+        "survey.yaml:11: stations[7].levelled: found 'yes'",
+        "write true",
+        "survey.yaml:13: stations[8].prior.sigma_m: found '-1'",
+        "survey.yaml:15: pairs.include[0][1]: found 'S44'; expected the id of a station",
+        "survey.yaml:16: pairs.exclude[0]: found [S4, S4]; expected two different stations",
+        "survey.yaml:18: registration.resolution_m: found '7'",
+        "survey.yaml:21: outputs.merged[0].format: found 'laz'",
+        "one of: las, ply, e57",
+        "survey.yaml:22: outputs.merged[1].thin_m: found '-2'; expected a number from 0 to 10 m",
+        "survey.yaml:23: gates.require_all_stations: found '1'"}) {
+    EXPECT_THAT(complaint, HasSubstr(part));
+  }
+  EXPECT_THAT(complaint, HasSubstr("16 mistakes"));
+}
+
+TEST_F(SurveyProjectTest, NamesEveryKindOfMistake) {
+  const std::string head = "schema_version: 1\nstations:\n";
+  const std::string one = "  - {id: S1, scan: scans/S1.ptx}\n";
+  const std::string two = head + one + "  - {id: S2, scan: scans/S2.ptx}\n";
+  const std::string station = head + one + "  - {id: S2, scan: scans/S2.ptx, ";
+  const std::string point = "control: [{id: P, crs: [1, 2, 3], sigma_m: [1, 1, 1], role: ";
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {head + one, "survey.yaml:2: stations: found a list of 1; expected at least 2"},
+      {"schema_version: 1\n", "required key 'stations'"},
+      {two.substr(18), "required key 'schema_version'"},
+      {two + "pairs: all\n", "expected auto, or a map"},
+      {two + "pairs: [[S1, S2]]\n", "expected auto, or a map"},
+      {two + "pairs: {include: [[S1]]}\n", "a list of 2"},
+      {two + "pairs: {include: [[S1, S2]], exclude: [[S2, S1]]}\n", "line 5 has the same pair"},
+      {two + "pairs: {include: [[S1, s2]]}\n", "did you mean 'S2'?"},
+      {two + "crs: {vertical: EPSG:7837}\n", "required key 'horizontal'"},
+      {two + "crs: {horizontal: 25832}\n", "like EPSG:25832"},
+      {two + point + "checker, measured: [{station: S1, xyz: [1, 2, 3]}]}]\n", "control, check"},
+      {two + point + "check, measured: []}]\n", "a list of at least 1"},
+      {two + point + "check, measured: [{station: X, xyz: [1, 2, 3]}]}]\n", "the id of a station"},
+      {two + point + "check, measured: [{station: S1, xyz: [1, 2]}]}]\n", "a list of 3"},
+      {two + "outputs: {merged: [{format: las, path: a.laz}]}\n", "ending in .las"},
+      {two + "outputs: {merged: [{format: las, path: a.las}, {format: las, path: ./a.las}]}\n",
+       "no other output"},
+      {two + "outputs: {stations: {format: pdf, path: a}}\n", "one of: las, ply, e57"},
+      {two + "gates: {max_station_sigma_mm: 0}\n", "from 0.001"},
+      {two + "resources: {memory_gb: 8 GB}\n", "without its unit"},
+      {two + "resources: {threads: -1}\n", "from 0 to 4096"},
+      {station + "level_sigma_deg: 1}\n", "only together with levelled: true"},
+      {station + "scanner_origin_m: [1, 2]}\n", "a list of 3"},
+      {station + "colour: red}\n", "stations[1].colour: found an unknown key"},
+      {station + "prior: {sigma_m: 1, sigma_deg: 1}}\n", "'survey_from_station'"},
+      {station + "prior: {survey_from_station: [1, 2], sigma_m: 1, sigma_deg: 1}}\n",
+       "16 numbers (4x4 matrix by rows) or 7 numbers"},
+      {station + "prior: {survey_from_station: [0, 0, 0, 2, 0, 0, 0], sigma_m: 1, sigma_deg: 1}}\n",
+       "a quaternion of length 2"},
+      {station + "prior: {survey_from_station: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, -1, 0, 0, 0, 0, 1], "
+                 "sigma_m: 1, sigma_deg: 1}}\n",
+       "a matrix that is not rigid"},
+      {station + "prior: {survey_from_station: [a, 0, 0, 1, 0, 0, 0], sigma_m: 1, sigma_deg: 1}}\n",
+       "survey_from_station[0]: found 'a'"},
+      {head + one + "  - {id: a__b, scan: scans/S2.ptx}\n", "because it names files"},
+      {head + one + "  - {id: S2, scan: scans}\n", "not a file"},
+  };
+  for (const auto& [text, part] : cases) {
+    const std::string complaint = Complaint(text);
+    EXPECT_THAT(complaint, HasSubstr(part)) << text;
+    EXPECT_THAT(complaint, HasSubstr("1 mistake\n")) << text;
+  }
+  EXPECT_THROW(ReadSurveyProject("no/such.yaml", {}), InputError);
+}
+
+TEST_F(SurveyProjectTest, SurvivesRandomDamage) {
+  setenv("BACKSIGHT_TEST_SCANS", (folder_ / "scans").c_str(), 1);
+  int valid = 0;
+  for (std::uint64_t seed = 0; seed < 2000; ++seed) {
+    Random random(seed);
+    std::string text = kWhole;
+    for (std::uint64_t n = 1 + random.Index(4); n > 0; --n) {
+      const std::size_t at = random.Index(text.size());
+      const char byte = static_cast<char>(random.Index(256));
+      switch (random.Index(4)) {
+        case 0:
+          text[at] = byte;
+          break;
+        case 1:
+          text.erase(at, 1 + random.Index(20));
+          break;
+        case 2:
+          text.insert(at, 1, byte);
+          break;
+        default:
+          text.insert(at, text.substr(random.Index(text.size()), random.Index(40)));
+          break;
+      }
+    }
+    try {
+      Read(text);
+      ++valid;
+    } catch (const InputError&) {
+    }
+  }
+  EXPECT_GT(valid, 0);
+  EXPECT_LT(valid, 2000);
+}
+
+}  // namespace
+}  // namespace backsight
