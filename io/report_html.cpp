@@ -68,6 +68,7 @@ figcaption { font-size: 13px; color: var(--soft); }
   * { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
   h2, h3 { break-after: avoid; }
   tr, .card, svg { break-inside: avoid; }
+  svg.plan { max-height: 150mm; }
   thead { display: table-header-group; }
   .scroll { overflow: visible; }
   table { font-size: 8pt; }
