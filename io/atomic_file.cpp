@@ -1,0 +1,142 @@
+#include "io/atomic_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+
+#include "core/error.h"
+
+namespace backsight {
+namespace {
+
+constexpr std::size_t kBufferBytes = std::size_t{1} << 20U;
+
+std::string DirectoryOf(const std::string& path) {
+  const std::size_t slash = path.find_last_of('/');
+  if (slash == std::string::npos) return ".";
+  return slash == 0 ? "/" : path.substr(0, slash);
+}
+
+/// Unique within the process by a counter, between processes by the process id, and between
+/// machines on a shared disk because the file must not exist yet (O_EXCL).
+std::string TemporaryName(const std::string& path) {
+  static std::atomic<unsigned> counter{0};
+  return fmt::format("{}.tmp-{}-{}", path, ::getpid(), counter++);
+}
+
+std::string_view RemedyFor(int error) {
+  switch (error) {
+    case ENOSPC:
+    case EDQUOT:
+    case EFBIG:
+      return "free disk space or write elsewhere";
+    case ENOENT:
+    case ENOTDIR:
+      return "create the directory first";
+    case EACCES:
+    case EPERM:
+    case EROFS:
+      return "choose a place you may write to";
+    default:
+      return "check the output path and the disk";
+  }
+}
+
+}  // namespace
+
+AtomicFile::AtomicFile(std::string path) : path_(std::move(path)) {
+  struct stat status {};
+  if (::stat(path_.c_str(), &status) == 0 && S_ISDIR(status.st_mode)) {
+    errno = EISDIR;
+    Fail("cannot be written");
+  }
+  do {
+    temporary_path_ = TemporaryName(path_);
+    file_ = ::open(temporary_path_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  } while (file_ < 0 && errno == EEXIST);
+  if (file_ < 0) Fail("cannot be written");
+  buffer_.reserve(kBufferBytes);
+}
+
+AtomicFile::~AtomicFile() { Discard(); }
+
+void AtomicFile::Discard() noexcept {
+  if (file_ < 0) return;
+  ::close(file_);
+  ::unlink(temporary_path_.c_str());
+  file_ = -1;
+}
+
+void AtomicFile::Write(std::string_view bytes) {
+  if (buffer_.size() + bytes.size() > kBufferBytes) Flush();
+  if (bytes.size() > kBufferBytes) {
+    WriteAt(flushed_, bytes);
+    flushed_ += bytes.size();
+  } else {
+    buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
+  }
+}
+
+void AtomicFile::Overwrite(std::uint64_t offset, std::string_view bytes) {
+  Flush();
+  BACKSIGHT_CHECK(offset + bytes.size() <= flushed_, "only written bytes can be replaced");
+  WriteAt(offset, bytes);
+}
+
+void AtomicFile::Flush() {
+  WriteAt(flushed_, {buffer_.data(), buffer_.size()});
+  flushed_ += buffer_.size();
+  buffer_.clear();
+}
+
+void AtomicFile::WriteAt(std::uint64_t offset, std::string_view bytes) {
+  BACKSIGHT_CHECK(file_ >= 0, "the file is committed");
+  while (!bytes.empty()) {
+    const ssize_t put = ::pwrite(file_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
+    if (put < 0 && errno == EINTR) continue;
+    if (put < 0) Fail("writing failed");
+    bytes.remove_prefix(static_cast<std::size_t>(put));
+    offset += static_cast<std::uint64_t>(put);
+  }
+}
+
+void AtomicFile::Sync() {
+  Flush();
+  if (::fsync(file_) != 0) Fail("writing failed");
+}
+
+void AtomicFile::Commit() {
+  Sync();
+  if (::rename(temporary_path_.c_str(), path_.c_str()) != 0) Fail("cannot be put in place");
+  const int closed = ::close(file_);
+  file_ = -1;
+  if (closed != 0) Fail("writing failed");
+  // The new name itself must reach the disk too. Some network file systems cannot sync a directory
+  // and say EINVAL; there is nothing better to do there.
+  const int directory = ::open(DirectoryOf(path_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (directory < 0) Fail("its directory cannot be synchronised");
+  const bool synced = ::fsync(directory) == 0 || errno == EINVAL;
+  const int error = errno;
+  ::close(directory);
+  errno = error;
+  if (!synced) Fail("its directory cannot be synchronised");
+}
+
+void AtomicFile::Fail(std::string_view action) const {
+  const int error = errno;
+  throw InputError({path_, fmt::format("{}: {}", action, std::strerror(error)), "",
+                    std::string(RemedyFor(error))});
+}
+
+void WriteTextFile(const std::string& path, std::string_view text) {
+  AtomicFile file(path);
+  file.Write(text);
+  file.Commit();
+}
+
+}  // namespace backsight

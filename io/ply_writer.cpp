@@ -1,0 +1,80 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/error.h"
+#include "io/atomic_file.h"
+#include "io/cloud_writer.h"
+#include "io/endian_bytes.h"
+
+namespace backsight {
+namespace {
+
+class PlyWriter : public CloudWriter {
+ public:
+  explicit PlyWriter(const CloudWriterSpec& spec) : spec_(spec), file_(spec.path) {
+    std::string header = "ply\nformat binary_little_endian 1.0\n";
+    if (!spec.generator.empty()) header += "comment " + spec.generator + "\n";
+    header += "element vertex ";
+    count_offset_ = header.size();
+    header += CountText() + "\nproperty double x\nproperty double y\nproperty double z\n";
+    if (spec.has_intensity) header += "property float intensity\n";
+    if (spec.has_rgb) header += "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+    header += "property ushort station\nend_header\n";
+    file_.Write(header);
+  }
+
+  void Write(const PointChunk& chunk, int station_number) override {
+    if (station_number < 1 || station_number > 65535) {
+      throw InputError({spec_.path, fmt::format("station number {}", station_number), "1 to 65535",
+                        "merge fewer stations into one file"});
+    }
+    std::array<char, 33> record{};
+    for (std::size_t i = 0; i < chunk.size(); ++i) {
+      char* end = record.data();
+      const auto put = [&end](auto value) {
+        StoreBytes(end, value);
+        end += sizeof(value);
+      };
+      put(chunk.x[i]);
+      put(chunk.y[i]);
+      put(chunk.z[i]);
+      if (spec_.has_intensity) put(chunk.intensity.empty() ? 0.0F : chunk.intensity[i]);
+      for (std::size_t c = 0; c < 3 && spec_.has_rgb; ++c) {
+        put(chunk.rgb.empty() ? std::uint8_t{0} : EightBit(chunk.rgb[i][c]));
+      }
+      put(static_cast<std::uint16_t>(station_number));
+      file_.Write({record.data(), static_cast<std::size_t>(end - record.data())});
+      ++points_;
+    }
+  }
+
+  std::uint64_t Finish() override {
+    file_.Overwrite(count_offset_, CountText());
+    file_.Commit();
+    return points_;
+  }
+
+ private:
+  /// Leading zeros keep the width, so that the count can be set when it is known.
+  std::string CountText() const { return fmt::format("{:020}", points_); }
+
+  static std::uint8_t EightBit(std::uint16_t value) {
+    return static_cast<std::uint8_t>((value + 128U) / 257U);
+  }
+
+  CloudWriterSpec spec_;
+  AtomicFile file_;
+  std::size_t count_offset_ = 0;
+  std::uint64_t points_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<CloudWriter> CreatePlyWriter(const CloudWriterSpec& spec) {
+  return std::make_unique<PlyWriter>(spec);
+}
+
+}  // namespace backsight

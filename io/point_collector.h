@@ -1,0 +1,52 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "core/point_chunk.h"
+#include "io/scan_reader.h"
+
+namespace backsight {
+
+/// Records that one call of ScanReader::Next reads at most.
+inline constexpr std::size_t kChunkRecords = 65536;
+
+/// Raw intensities that become 0 and 1.
+struct IntensityRange {
+  double low = 0.0;
+  double high = 1.0;
+};
+
+/// Raw colour value that becomes 65535: 8 bit, 16 bit, or floating point 0 to 1.
+enum class ColorScale { k8Bit, k16Bit, kUnit };
+
+/// One colour channel as 0 to 65535; 8 bit values v become v * 257. Out of range is clamped.
+std::uint16_t ScaleColor(double value, ColorScale scale);
+
+/// What all readers do with a record: drop and count what is no point, bring the rest to
+/// Backsight's units.
+class PointCollector {
+ public:
+  /// `structured`: records (0, 0, 0) are grid cells without a return.
+  void Configure(bool structured, IntensityRange range) {
+    structured_ = structured;
+    range_ = range;
+  }
+
+  /// Counts a record and appends it if it is a point; only then (true) its attributes follow.
+  bool AddPoint(double x, double y, double z, PointChunk& chunk);
+  void AddIntensity(double raw, PointChunk& chunk);
+  /// Adds the closing notes to the tally; call it once, at the end of the scan.
+  void Finish();
+
+  const ScanTally& tally() const { return tally_; }
+
+ private:
+  bool structured_ = false;
+  IntensityRange range_;
+  ScanTally tally_;
+  std::uint64_t clamped_ = 0;
+};
+
+}  // namespace backsight

@@ -1,0 +1,224 @@
+#include "io/ptx_reader.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include "io/line_reader.h"
+#include "io/point_collector.h"
+#include "io/text_fields.h"
+
+namespace backsight {
+namespace {
+
+constexpr std::uint64_t kMaxGridSide = 10'000'000;
+constexpr std::size_t kHeaderLines = 10;
+constexpr const char* kRemedy = "the PTX file is damaged: export it again";
+
+struct PtxHeader {
+  int columns = 0;
+  int rows = 0;
+  Eigen::Matrix4d world_from_scan = Eigen::Matrix4d::Identity();
+
+  std::uint64_t Cells() const {
+    return static_cast<std::uint64_t>(columns) * static_cast<std::uint64_t>(rows);
+  }
+};
+
+/// A scan's place in the file: its first record.
+struct ScanPlace {
+  PtxHeader header;
+  std::uint64_t offset = 0;
+  std::uint64_t lines_before = 0;
+};
+
+template <std::size_t N>
+std::array<double, N> NumbersOf(LineReader& lines, std::string_view line,
+                                std::string_view expected) {
+  std::array<std::string_view, N> words;
+  std::array<double, N> numbers{};
+  bool good = SplitFields(line, ' ', words) == N;
+  for (std::size_t i = 0; good && i < N; ++i) {
+    const std::optional<double> number = ParseNumber(words[i]);
+    good = number.has_value();
+    numbers[i] = number.value_or(0.0);
+  }
+  if (!good) throw lines.Error(Quoted(line), std::string(expected), kRemedy);
+  return numbers;
+}
+
+int GridSide(LineReader& lines, std::string_view line, std::string_view name) {
+  const std::optional<std::uint64_t> side = ParseCount(Trim(line));
+  if (!side || *side == 0 || *side > kMaxGridSide) {
+    throw lines.Error(Quoted(line), fmt::format("the number of {}, 1 to {}", name, kMaxGridSide),
+                      kRemedy);
+  }
+  return static_cast<int>(*side);
+}
+
+/// Reads a scan's header; `first` is its first line, already taken.
+PtxHeader ReadHeader(LineReader& lines, std::string_view first) {
+  PtxHeader header;
+  header.columns = GridSide(lines, first, "columns");
+  header.rows = GridSide(lines, lines.Require("the number of rows"), "rows");
+  // Scanner position and axes say the same as the matrix below.
+  for (int i = 0; i < 4; ++i) {
+    const std::string expected = i == 0 ? "the scanner position, 3 numbers" : "an axis, 3 numbers";
+    NumbersOf<3>(lines, lines.Require(expected), expected);
+  }
+  for (int i = 0; i < 4; ++i) {
+    const std::string expected = fmt::format("row {} of the matrix, 4 numbers", i + 1);
+    const auto row = NumbersOf<4>(lines, lines.Require(expected), expected);
+    // The file holds the transposed matrix: the translation is its last row.
+    for (int j = 0; j < 4; ++j) header.world_from_scan(j, i) = row[static_cast<std::size_t>(j)];
+  }
+  return header;
+}
+
+/// The next line that is not blank, or nothing at the end of the file.
+std::optional<std::string_view> NextFilled(LineReader& lines) {
+  std::string_view line;
+  while (lines.Next(line)) {
+    if (!Trim(line).empty()) return line;
+  }
+  return std::nullopt;
+}
+
+/// The pose, if the matrix is one; PTX files with scaled axes exist.
+std::optional<RigidTransform> PoseOf(const Eigen::Matrix4d& matrix) {
+  constexpr double kTolerance = 1e-3;  // headers carry as few as four decimals
+  if (!matrix.allFinite()) return std::nullopt;
+  const Eigen::Matrix3d rotation = matrix.topLeftCorner<3, 3>();
+  const double error = (rotation * rotation.transpose() - Eigen::Matrix3d::Identity()).norm();
+  const Eigen::RowVector4d last_row(0.0, 0.0, 0.0, 1.0);
+  if (error > kTolerance || rotation.determinant() < 0.0 || matrix.row(3) != last_row) {
+    return std::nullopt;
+  }
+  return RigidTransform::FromMatrix(matrix);
+}
+
+class PtxReader : public ScanReader {
+ public:
+  PtxReader(const std::string& path, int scan_index) : source_(path), lines_(source_) {
+    info_.path = path;
+    info_.format = "PTX";
+    info_.scan_index = scan_index;
+    FindScans(scan_index);
+    FillInfo();
+    lines_.Restart(place_.offset, place_.lines_before);
+    ReadFirstRecord();
+    collector_.Configure(true, IntensityRange{0.0, 1.0});
+  }
+
+  const ScanInfo& info() const override { return info_; }
+  const ScanTally& tally() const override { return collector_.tally(); }
+
+  bool Next(PointChunk& chunk) override {
+    chunk.Clear();
+    const std::uint64_t cells = place_.header.Cells();
+    if (done_ == cells) return false;
+    const std::uint64_t n = std::min<std::uint64_t>(kChunkRecords, cells - done_);
+    for (std::uint64_t i = 0; i < n; ++i, ++done_) {
+      Add(lines_.Require("a record for each grid cell"), chunk);
+    }
+    if (done_ == cells) collector_.Finish();
+    return true;
+  }
+
+ private:
+  /// Steps through the file from header to header. Damage behind the wanted scan is only noted:
+  /// it must not cost the scans before it.
+  void FindScans(int wanted) {
+    bool found = false;
+    info_.scan_count = 0;
+    try {
+      while (const std::optional<std::string_view> first = NextFilled(lines_)) {
+        ScanPlace place;
+        place.header = ReadHeader(lines_, *first);
+        place.offset = source_.position();
+        place.lines_before = lines_.line_number();
+        SkipRecords(place);
+        if (info_.scan_count++ != wanted) continue;
+        place_ = place;
+        found = true;
+      }
+    } catch (const InputError& error) {
+      if (!found) throw;
+      info_.notes.push_back(fmt::format("the file is damaged behind this scan: {}", error.what()));
+    }
+    if (found) return;
+    if (info_.scan_count == 0) {
+      throw InputError({info_.path, "no PTX header", "the number of columns in the first line",
+                        "check that this is a PTX file"});
+    }
+    throw InputError({info_.path, fmt::format("no scan with index {}", wanted),
+                      fmt::format("a scan_index from 0 to {}", info_.scan_count - 1),
+                      "correct scan_index"});
+  }
+
+  void SkipRecords(const ScanPlace& place) {
+    const std::uint64_t cells = place.header.Cells();
+    const std::uint64_t skipped = lines_.Skip(cells);
+    if (skipped == cells) return;
+    throw lines_.Error(
+        fmt::format("the file ends after {} records", skipped),
+        fmt::format("{} records ({} columns * {} rows, declared in line {})", cells,
+                    place.header.columns, place.header.rows, place.lines_before + 1 - kHeaderLines),
+        "the file is cut short: copy or export it again");
+  }
+
+  void FillInfo() {
+    info_.point_count = place_.header.Cells();
+    info_.has_intensity = true;
+    info_.columns = place_.header.columns;
+    info_.rows = place_.header.rows;
+    info_.world_from_scan = PoseOf(place_.header.world_from_scan);
+    if (!info_.world_from_scan) {
+      info_.notes.emplace_back("the matrix of the header is no rigid motion: ignored");
+    }
+  }
+
+  /// The first record tells whether the scan has colours.
+  void ReadFirstRecord() {
+    std::array<std::string_view, 7> words;
+    const std::string_view line = lines_.Require("the first record");
+    const std::size_t count = SplitFields(line, ' ', words);
+    if (count != 4 && count != 7) {
+      throw lines_.Error(fmt::format("{} values: {}", count, Quoted(line)),
+                         "x y z intensity or x y z intensity r g b", kRemedy);
+    }
+    info_.has_rgb = count == 7;
+    lines_.Restart(place_.offset, place_.lines_before);
+  }
+
+  void Add(std::string_view line, PointChunk& chunk) {
+    if (info_.has_rgb) {
+      const auto v = NumbersOf<7>(lines_, line, "7 numbers: x y z intensity r g b");
+      if (!collector_.AddPoint(v[0], v[1], v[2], chunk)) return;
+      collector_.AddIntensity(v[3], chunk);
+      chunk.rgb.push_back({ScaleColor(v[4], ColorScale::k8Bit), ScaleColor(v[5], ColorScale::k8Bit),
+                           ScaleColor(v[6], ColorScale::k8Bit)});
+    } else {
+      const auto v = NumbersOf<4>(lines_, line, "4 numbers: x y z intensity");
+      if (collector_.AddPoint(v[0], v[1], v[2], chunk)) collector_.AddIntensity(v[3], chunk);
+    }
+  }
+
+  ByteSource source_;
+  LineReader lines_;
+  ScanInfo info_;
+  ScanPlace place_;
+  PointCollector collector_;
+  std::uint64_t done_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<ScanReader> OpenPtx(const std::string& path, int scan_index) {
+  return std::make_unique<PtxReader>(path, scan_index);
+}
+
+}  // namespace backsight

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "io/scan_reader.h"
+
+namespace backsight {
+
+/// Reads a text cloud: x y z [intensity] [r g b] per line, separated by blanks, tabs, commas or
+/// semicolons (the first line of numbers decides). Comments (#, //), blank lines, one header line
+/// and a PTS line with the number of points are allowed. What the columns mean is guessed from the
+/// first lines, see GuessXyzLayout, and noted. Memory: constant.
+std::unique_ptr<ScanReader> OpenXyz(const std::string& path);
+
+}  // namespace backsight

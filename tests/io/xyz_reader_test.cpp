@@ -1,0 +1,132 @@
+#include <gmock/gmock.h>
+
+#include "tests/io/scan_files.h"
+
+namespace backsight {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::string Repeat(const std::string& line, int n) {
+  std::string text;
+  for (int i = 0; i < n; ++i) text += line;
+  return text;
+}
+
+TEST(XyzReader, ReadsAllSeparators) {
+  const TempDir dir;
+  for (const std::string text :
+       {"1 -2 3.5\n4 5 6\n", "1\t-2\t3.5\n4\t5\t6", "1,-2,3.5\r\n4, 5 , 6,\r\n",
+        "1;-2;3.5\n4; 5; 6\n", "  1   -2  3.5  \n\n4 5 6\n\n",
+        "\xEF\xBB\xBF"
+        "1 -2 3.5\n4 5 6\n",
+        "# made by hand\n1 -2 3.5\n// in between\n4 5 6\n", "X,Y,Z\n1,-2,3.5\n4,5,6\n",
+        "2\n1 -2 3.5\n4 5 6\n"}) {
+    const auto scan = ReadWhole(dir.File("a.xyz", text));
+    EXPECT_EQ(scan.info.format, "XYZ");
+    EXPECT_EQ(scan.points.x, (std::vector<double>{1, 4})) << text;
+    EXPECT_EQ(scan.points.y, (std::vector<double>{-2, 5})) << text;
+    EXPECT_EQ(scan.points.z, (std::vector<double>{3.5, 6})) << text;
+    EXPECT_FALSE(scan.info.has_intensity);
+    EXPECT_FALSE(scan.info.has_rgb);
+  }
+}
+
+TEST(XyzReader, GuessesIntensity) {
+  const TempDir dir;
+  const auto first = [&](const std::string& text, const std::string& name = "a.xyz") {
+    const auto scan = ReadWhole(dir.File(name, text));
+    EXPECT_TRUE(scan.info.has_intensity);
+    EXPECT_THAT(scan.info.notes.back(), HasSubstr("x y z intensity"));
+    return scan.points.intensity.at(0);
+  };
+  EXPECT_FLOAT_EQ(first("1 2 3 0.25\n1 2 3 1\n"), 0.25F);
+  EXPECT_FLOAT_EQ(first("1 2 3 51\n1 2 3 200\n"), 0.2F);
+  EXPECT_FLOAT_EQ(first("1 2 3 13107\n1 2 3 60000\n"), 0.2F);
+  EXPECT_FLOAT_EQ(first("1 2 3 -2048\n1 2 3 2047\n"), 0.0F);
+  EXPECT_FLOAT_EQ(first("2\n1 2 3 2047\n1 2 3 500\n", "a.pts"), 1.0F);
+  EXPECT_FLOAT_EQ(first("1 2 3 -90000\n1 2 3 10000\n"), 0.0F);
+  EXPECT_FLOAT_EQ(first("1 2 3 70000\n"), 0.0F);
+}
+
+TEST(XyzReader, GuessesColor) {
+  const TempDir dir;
+  const auto read = [&](const std::string& text) { return ReadWhole(dir.File("a.txt", text)); };
+  const std::array<std::uint16_t, 3> red{65535, 0, 257};
+  EXPECT_EQ(read("1 2 3 255 0 1\n").points.rgb.at(0), red);
+  const auto behind = read("1 2 3 0.5 255 0 1\n1 2 3 0.7 9 9 9\n");
+  EXPECT_EQ(behind.points.rgb.at(0), red);
+  EXPECT_FLOAT_EQ(behind.points.intensity.at(0), 0.5F);
+  const auto before = read("1 2 3 255 0 1 0.5\n1 2 3 9 9 9 0.25\n");
+  EXPECT_EQ(before.points.rgb.at(0), red);
+  EXPECT_FLOAT_EQ(before.points.intensity.at(0), 0.5F);
+  EXPECT_EQ(read("1 2 3 65535 0 257\n").points.rgb.at(0), red);
+  const auto normals = read("1 2 3 0.5 -0.5 0.7\n");
+  EXPECT_FALSE(normals.info.has_rgb);
+  EXPECT_THAT(normals.info.notes.back(), HasSubstr("x y z (skipped) (skipped) (skipped)"));
+}
+
+TEST(XyzReader, GoesByNamesWhereThereAreAny) {
+  const TempDir dir;
+  const auto scan = ReadWhole(dir.File(
+      "a.csv", "\"R\",\"G\",\"B\",\"x\",\"y\",\"z\",\"Intensity\"\n1,0,0.5,10,20,30,0.75\n"));
+  EXPECT_EQ(scan.points.x, std::vector<double>{10});
+  EXPECT_EQ(scan.points.z, std::vector<double>{30});
+  EXPECT_EQ(scan.points.intensity, std::vector<float>{0.75F});
+  EXPECT_EQ(scan.points.rgb.at(0), (std::array<std::uint16_t, 3>{65535, 0, 32768}));
+  const auto comment = ReadWhole(dir.File("b.asc", "//Z Y X\n1 2 3\n"));
+  EXPECT_EQ(comment.points.x, std::vector<double>{3});
+}
+
+TEST(XyzReader, DropsWhatIsNotFinite) {
+  const TempDir dir;
+  const auto scan = ReadWhole(dir.File("a.xyz", "nan nan nan\n1 2 inf\n1 2 3\n-inf 0 0\n0 0 0\n"));
+  EXPECT_EQ(scan.tally.not_finite, 3U);
+  EXPECT_EQ(scan.tally.no_return, 0U);
+  EXPECT_EQ(scan.points.size(), 2U);
+}
+
+TEST(XyzReader, ReadsAcrossChunks) {
+  const TempDir dir;
+  std::string text = "131073\n";
+  for (int i = 0; i < 131073; ++i) text += std::to_string(i) + ".5 0 0 -100 1 2 3\n";
+  const auto scan = ReadWhole(dir.File("a.pts", text));
+  EXPECT_EQ(scan.chunks, 3U);
+  EXPECT_EQ(scan.info.point_count, 131073U);
+  EXPECT_EQ(scan.points.x.back(), 131072.5);
+  EXPECT_TRUE(scan.info.has_rgb);
+}
+
+TEST(XyzReader, NotesValuesBeyondTheGuess) {
+  const TempDir dir;
+  const auto scan = ReadWhole(dir.File("a.xyz", Repeat("1 2 3 0.5\n", 3000) + "1 2 3 99\n"));
+  EXPECT_EQ(scan.points.intensity.back(), 1.0F);
+  EXPECT_THAT(scan.tally.notes.at(0), HasSubstr("clamped in 1 of 3001"));
+}
+
+TEST(XyzReader, NamesWhatIsWrong) {
+  const TempDir dir;
+  const auto error = [&](const std::string& bytes) { return ReadError(dir.File("a.xyz", bytes)); };
+  EXPECT_THAT(error("1 2 3\n4 5 6\n7 8 x9\n"), HasSubstr("a.xyz:3: 'x9'; expected a number"));
+  EXPECT_THAT(error("1 2 3\n4 5\n"), HasSubstr("a.xyz:2: 2 values"));
+  EXPECT_THAT(error(Repeat("1 2 3\n", 100000) + "4 5\n"), HasSubstr("a.xyz:100001: 2 values"));
+  EXPECT_THAT(error("1,5 2,5 3,5\n"), HasSubstr("decimal point"));
+  EXPECT_THAT(error("1,5;2,5;3,5\n"), HasSubstr("decimal point"));
+  EXPECT_THAT(error("1,,3\n"), HasSubstr("''; expected a number"));
+  EXPECT_THAT(error("3\n1 2 3\n4 5 6\n"), HasSubstr("after 2 points; expected the declared 3"));
+  EXPECT_THAT(error("1\n1 2 3\n4 5 6\n"), HasSubstr("after 2 points; expected the declared 1"));
+  EXPECT_THAT(error("1000000000000000000\n1 2 3\n"), HasSubstr("1000000000000000000 points"));
+  EXPECT_THAT(error("1 2 1e999\n"), HasSubstr("'1e999'"));
+  EXPECT_THAT(error("head one\nhead two\n1 2 3\n"), HasSubstr("a.xyz:2"));
+  EXPECT_THAT(error("# nothing\n\n"), HasSubstr("ends without a point"));
+  EXPECT_THAT(error("1 2 3\n" + std::string(200000, '7') + "\n"), HasSubstr("a.xyz:2: a line"));
+  EXPECT_THAT(error(std::string(3000, '\0')), HasSubstr("a.xyz:1: 1 values: '\\x00\\x00"));
+}
+
+TEST(XyzReader, SurvivesDamage) {
+  ExpectSafeWhenDamaged("x y z i r g b\n" + Repeat("1.5 2.5 -3.5 -100 1 2 3\n", 8), "a.xyz");
+  ExpectSafeWhenDamaged("5\n" + Repeat("1.5,2.5,-3.5,0.5\n", 5), "a.pts");
+}
+
+}  // namespace
+}  // namespace backsight
