@@ -142,7 +142,7 @@ struct ControlSite {
 enum class CampaignFormat { kPtx, kPly };
 
 struct Scene {
-  std::string name;
+  std::string name = "campaign";  ///< also of the project file written for it
   std::uint64_t seed = 1;
   CampaignFormat format = CampaignFormat::kPtx;
   Ground ground;

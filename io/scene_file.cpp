@@ -1,7 +1,6 @@
 #include "io/scene_file.h"
 
 #include <algorithm>
-#include <filesystem>
 #include <limits>
 #include <map>
 
@@ -107,7 +106,7 @@ Scene ReadScene(const std::string& path) {
   Scene scene;
   std::map<std::string, int> names;
   const YamlValue name = root.Optional("name");
-  scene.name = name.present() ? ReadId(name, names) : std::filesystem::path(path).stem().string();
+  if (name.present()) scene.name = ReadId(name, names);
   scene.seed = static_cast<std::uint64_t>(
       root.Optional("seed").Integer(1, 0, std::numeric_limits<int>::max()));
   scene.format = static_cast<CampaignFormat>(root.Optional("format").Choice(0, {"ptx", "ply"}));

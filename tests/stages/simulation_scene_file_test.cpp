@@ -61,7 +61,7 @@ scanner: {step_deg: 0.5, orientation: random_so3, mixed_pixels: false}
 stations: [{id: A1, position_m: [1, 1]}]
 control: [{id: C1, position_m: [1, 2, 3], role: check, sigma_m: 0.004}]
 )"));
-  EXPECT_EQ(scene.name, "ReadsWhatIsWritten");
+  EXPECT_EQ(scene.name, "campaign");
   EXPECT_EQ(scene.seed, 99U);
   EXPECT_EQ(scene.format, CampaignFormat::kPly);
   EXPECT_EQ(scene.ground.slope_deg, Eigen::Vector2d(1, -2));

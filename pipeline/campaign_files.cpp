@@ -1,0 +1,102 @@
+#include "pipeline/campaign_files.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <iterator>
+
+namespace backsight {
+namespace {
+
+/// Project files refuse a smaller levelling error.
+constexpr double kMinLevelSigma = 1e-6;
+
+std::string Triple(const Eigen::Vector3d& v, std::string_view separator) {
+  return fmt::format("{:.9f}{}{:.9f}{}{:.9f}", v.x(), separator, v.y(), separator, v.z());
+}
+
+std::string_view RoleOf(const SimulatedTarget& target) {
+  return target.site.check ? "check" : "control";
+}
+
+std::string TargetComments(const Campaign& campaign, std::span<const SimulatedTarget> targets,
+                           bool check) {
+  std::string text;
+  for (const SimulatedTarget& target : targets) {
+    if (target.site.check != check || target.measured.empty()) continue;
+    const double sigma = target.site.sigma_m;
+    text +=
+        fmt::format("#  - {{id: {}, crs: [{}], sigma_m: [{}, {}, {}], role: {},\n", target.site.id,
+                    Triple(target.surveyed_m, ", "), sigma, sigma, sigma, RoleOf(target));
+    text += "#     measured: [";
+    for (std::size_t i = 0; i < target.measured.size(); ++i) {
+      const TargetMeasurement& m = target.measured[i];
+      text += fmt::format("{}{{station: {}, xyz: [{}]}}", i == 0 ? "" : ",\n#       ",
+                          campaign.stations[m.station].id, Triple(m.xyz_m, ", "));
+    }
+    text += "]}\n";
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string ScanFileName(const Scene& scene, const std::string& station_id) {
+  return "scans/" + station_id + (scene.format == CampaignFormat::kPtx ? ".ptx" : ".ply");
+}
+
+std::string TruthCsv(const Campaign& campaign) {
+  std::string text = "station,component,status,tx_m,ty_m,tz_m,qw,qx,qy,qz\n";
+  for (const StationTruth& station : campaign.stations) {
+    const Eigen::Quaterniond q = station.survey_from_station.Quaternion();
+    const Eigen::Vector3d& t = station.survey_from_station.translation;
+    fmt::format_to(std::back_inserter(text),
+                   "{},0,registered,{:.12f},{:.12f},{:.12f},{:.15f},{:.15f},{:.15f},{:.15f}\n",
+                   station.id, t.x(), t.y(), t.z(), q.w(), q.x(), q.y(), q.z());
+  }
+  return text;
+}
+
+std::string ControlCsv(const Campaign& campaign, std::span<const SimulatedTarget> targets) {
+  std::string text =
+      "id,role,station,x_m,y_m,z_m,sigma_m,true_x_m,true_y_m,true_z_m,"
+      "measured_x_m,measured_y_m,measured_z_m,measured_sigma_m\n";
+  for (const SimulatedTarget& target : targets) {
+    for (const TargetMeasurement& m : target.measured) {
+      fmt::format_to(
+          std::back_inserter(text), "{},{},{},{},{},{},{},{}\n", target.site.id, RoleOf(target),
+          campaign.stations[m.station].id, Triple(target.surveyed_m, ","), target.site.sigma_m,
+          Triple(target.true_survey_m, ","), Triple(m.xyz_m, ","), target.site.measured_sigma_m);
+    }
+  }
+  return text;
+}
+
+std::string ProjectYaml(const Campaign& campaign, std::span<const SimulatedTarget> targets) {
+  const Scene& scene = campaign.scene;
+  std::string text = fmt::format(
+      "# Simulated campaign; truth.csv holds the true poses.\n"
+      "schema_version: 1\nname: {}\nstations:\n",
+      scene.name);
+  std::string levelled;
+  if (scene.scanner.orientation != Orientation::kRandomSo3) {
+    levelled = fmt::format(", levelled: true, level_sigma_deg: {}",
+                           std::max(kMinLevelSigma, scene.scanner.level_sigma_deg));
+  }
+  for (const StationTruth& station : campaign.stations) {
+    fmt::format_to(std::back_inserter(text), "  - {{id: {}, scan: {}{}}}\n", station.id,
+                   ScanFileName(scene, station.id), levelled);
+  }
+  text += "outputs:\n  merged: [{format: las, path: out/merged.las, thin_m: 0.01}]\n";
+  text += "gates: {require_all_stations: true}\n";
+  if (targets.empty()) return text;
+  text +=
+      "# Surveyed targets, in the survey frame of the truth. Remove the comment signs from the\n"
+      "# next line on to use them.\n#control:\n";
+  text += "# Control points:\n" + TargetComments(campaign, targets, false);
+  text += "# Check points, never used for fitting:\n" + TargetComments(campaign, targets, true);
+  return text;
+}
+
+}  // namespace backsight
