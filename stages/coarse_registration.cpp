@@ -1,6 +1,7 @@
 #include "stages/coarse_registration.h"
 
 #include <algorithm>
+#include <set>
 #include <unordered_map>
 #include <unordered_set>
 
@@ -8,6 +9,7 @@
 #include "graph/correspondence_graph.h"
 #include "graph/edge_consensus.h"
 #include "graph/rigid_fit.h"
+#include "stages/matching.h"
 
 namespace backsight {
 namespace {
@@ -79,6 +81,22 @@ int NullConsensus(const Correspondences& c, double resolution_m, const CoarseOpt
   return best;
 }
 
+/// C2: all of C1 within 3 l of the hypothesis, and the key points that positions match there.
+Correspondences CollectInliers(const CoarseInput& input, const RigidTransform& hypothesis) {
+  const double limit_m = 3.0 * input.resolution_m;
+  const Correspondences& c1 = input.correspondences;
+  Correspondences c2 = c1.Subset(RowsWithin(c1, hypothesis, limit_m));
+  std::set<std::pair<std::uint32_t, std::uint32_t>> known;
+  for (std::size_t a = 0; a < c2.size(); ++a) known.emplace(c2.source_id[a], c2.target_id[a]);
+  const Correspondences near =
+      MatchPositions(input.source_keypoints, input.target_keypoints, hypothesis, limit_m);
+  for (std::size_t a = 0; a < near.size(); ++a) {
+    if (known.contains({near.source_id[a], near.target_id[a]})) continue;
+    c2.Add(near.source[a], near.target[a], near.source_id[a], near.target_id[a]);
+  }
+  return c2;
+}
+
 }  // namespace
 
 void VisitOptions(OptionVisitor& visitor, CoarseOptions& options) {
@@ -92,14 +110,14 @@ void VisitOptions(OptionVisitor& visitor, CoarseOptions& options) {
                   "runs on shuffled correspondences that tell consensus from chance");
 }
 
-CoarseResult RegisterCoarse(const Correspondences& c, double resolution_m,
-                            const CoarseOptions& options, std::uint64_t seed,
+CoarseResult RegisterCoarse(const CoarseInput& input, const CoarseOptions& options,
                             const ExecutionContext& context) {
   CoarseResult result;
+  const Correspondences& c = input.correspondences;
   if (c.size() < 3) return result;
-  const double l = resolution_m;
+  const double l = input.resolution_m;
   result.status = CoarseResult::Status::kNoConsensus;
-  result.consensus_null = NullConsensus(c, l, options, seed, context);
+  result.consensus_null = NullConsensus(c, l, options, input.seed, context);
 
   double best_score = 0.0;
   RigidTransform best;
@@ -110,7 +128,7 @@ CoarseResult RegisterCoarse(const Correspondences& c, double resolution_m,
   }
   if (best_score == 0.0) return result;
 
-  const Correspondences c2 = c.Subset(RowsWithin(c, best, 3.0 * l));
+  const Correspondences c2 = CollectInliers(input, best);
   const GncWelschResult gnc = EstimateGncWelsch(c2, best, {.resolution_m = l});
   if (gnc.status == GncWelschResult::Status::kDegenerate) {
     result.status = CoarseResult::Status::kDegenerate;

@@ -11,10 +11,10 @@
 namespace backsight {
 
 struct CoarseOptions {
-  int nodes = 800;            ///< K_opt, correspondences kept by node reliability
+  int nodes = 800;  ///< K_opt, correspondences kept by node reliability
   int edges_per_node = 1;
   int hypotheses = 20;
-  int permutations = 1;       ///< runs on shuffled correspondences for the significance test
+  int permutations = 1;  ///< runs on shuffled correspondences for the significance test
 };
 void VisitOptions(OptionVisitor& visitor, CoarseOptions& options);
 
@@ -26,19 +26,27 @@ struct CoarseResult {
     kDegenerate,             ///< the consensus lies on one line
   };
   Status status = Status::kTooFewCorrespondences;
-  RigidTransform target_from_source;         ///< T_c
-  Matrix6d information = Matrix6d::Zero();   ///< of T_c, Retract's convention
-  int consensus = 0;        ///< distinct source key points within 2 l under T_c
-  int consensus_null = 0;   ///< the best that shuffled correspondences reach: chance alone
-  std::vector<std::uint32_t> inliers;        ///< C3: rows within 4 l under T_c
-  double sigma_m = 0.0;     ///< per-axis noise of the inliers
+  RigidTransform target_from_source;        ///< T_c
+  Matrix6d information = Matrix6d::Zero();  ///< of T_c, Retract's convention
+  int consensus = 0;                        ///< distinct source key points within 2 l under T_c
+  int consensus_null = 0;  ///< the best that shuffled correspondences reach: chance alone
+  std::vector<std::uint32_t> inliers;  ///< C3: rows within 4 l under T_c
+  double sigma_m = 0.0;                ///< per-axis noise of the inliers
+};
+
+struct CoarseInput {
+  Correspondences correspondences;  ///< C1
+  double resolution_m = 0.1;        ///< l
+  /// All key points, ids as in C1; may be empty. Once the motion is roughly known, key points that
+  /// descriptors did not match but positions do join the estimate.
+  std::vector<Eigen::Vector3d> source_keypoints;
+  std::vector<Eigen::Vector3d> target_keypoints;
+  std::uint64_t seed = 0;  ///< drives the shuffles of the significance test
 };
 
 /// Micro-structures graph registration of one pair from putative correspondences: RGN, RGE, choice
-/// among the best hypotheses by MSAC over distinct key points, GNC-Welsch. `seed` drives the
-/// shuffles only.
-CoarseResult RegisterCoarse(const Correspondences& c, double resolution_m,
-                            const CoarseOptions& options, std::uint64_t seed,
+/// among the best hypotheses by MSAC over distinct key points, GNC-Welsch.
+CoarseResult RegisterCoarse(const CoarseInput& input, const CoarseOptions& options,
                             const ExecutionContext& context);
 
 }  // namespace backsight

@@ -2,7 +2,8 @@
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <limits>
+
+#include "core/neighbors.h"
 
 namespace backsight {
 namespace {
@@ -82,15 +83,41 @@ std::vector<DescriptorMatch> MatchDescriptors(std::span<const FpfhDescriptor> so
   return matches;
 }
 
+std::vector<Eigen::Vector3d> KeypointPositions(const StationModel& model,
+                                               const StationFeatures& features) {
+  std::vector<Eigen::Vector3d> positions;
+  positions.reserve(features.keypoints.size());
+  for (const std::uint32_t leaf : features.keypoints) {
+    positions.push_back(model.leaves[leaf].cluster.mean);
+  }
+  return positions;
+}
+
 Correspondences MatchStations(const StationModel& source, const StationFeatures& source_features,
                               const StationModel& target, const StationFeatures& target_features,
                               const MatchingOptions& options) {
+  const std::vector<Eigen::Vector3d> q = KeypointPositions(source, source_features);
+  const std::vector<Eigen::Vector3d> p = KeypointPositions(target, target_features);
   Correspondences c;
   for (const DescriptorMatch& match :
        MatchDescriptors(source_features.descriptors, target_features.descriptors, options)) {
-    c.Add(source.leaves[source_features.keypoints[match.source]].cluster.mean,
-          target.leaves[target_features.keypoints[match.target]].cluster.mean, match.source,
-          match.target);
+    c.Add(q[match.source], p[match.target], match.source, match.target);
+  }
+  return c;
+}
+
+Correspondences MatchPositions(const std::vector<Eigen::Vector3d>& source,
+                               const std::vector<Eigen::Vector3d>& target,
+                               const RigidTransform& transform, double radius_m) {
+  Correspondences c;
+  const NeighborSearch in_source(source);
+  const NeighborSearch in_target(target);
+  const RigidTransform inverse = transform.Inverse();
+  for (std::uint32_t i = 0; i < source.size(); ++i) {
+    const auto there = in_target.Nearest(transform * source[i], 1);
+    if (there.empty() || there[0].distance_m > radius_m) continue;
+    const std::uint32_t j = there[0].index;
+    if (in_source.Nearest(inverse * target[j], 1)[0].index == i) c.Add(source[i], target[j], i, j);
   }
   return c;
 }

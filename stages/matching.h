@@ -3,6 +3,7 @@
 #include <span>
 
 #include "core/option_visitor.h"
+#include "core/rigid_transform.h"
 #include "graph/correspondences.h"
 #include "stages/station_model.h"
 
@@ -25,9 +26,19 @@ std::vector<DescriptorMatch> MatchDescriptors(std::span<const FpfhDescriptor> so
                                               std::span<const FpfhDescriptor> target,
                                               const MatchingOptions& options);
 
+/// Positions of a station's key points, instrument frame.
+std::vector<Eigen::Vector3d> KeypointPositions(const StationModel& model,
+                                               const StationFeatures& features);
+
 /// Putative correspondences C1 between the key points of two stations.
 Correspondences MatchStations(const StationModel& source, const StationFeatures& source_features,
                               const StationModel& target, const StationFeatures& target_features,
                               const MatchingOptions& options);
+
+/// Key points that lie closest to each other, both ways, within `radius_m` once `transform` (target
+/// from source) is known: what descriptors alone could not tell. Ids are the indices.
+Correspondences MatchPositions(const std::vector<Eigen::Vector3d>& source,
+                               const std::vector<Eigen::Vector3d>& target,
+                               const RigidTransform& transform, double radius_m);
 
 }  // namespace backsight

@@ -1,0 +1,119 @@
+#include "stages/merging.h"
+
+#include <unordered_map>
+
+#include "core/voxel_grid.h"
+
+namespace backsight {
+namespace {
+
+/// The point that stands for each cell: the one measured from the shortest range.
+class Thinning {
+ public:
+  explicit Thinning(const VoxelLattice& lattice) : lattice_(lattice) {}
+
+  void Offer(const Eigen::Vector3d& point, double range_m) {
+    const auto range = static_cast<float>(range_m);
+    const auto [entry, is_new] = nearest_.try_emplace(lattice_.Key(point), range);
+    if (!is_new && range < entry->second) entry->second = range;
+  }
+
+  /// True once per cell, for its first point of the shortest range.
+  bool Take(const Eigen::Vector3d& point, double range_m) {
+    float& nearest = nearest_.at(lattice_.Key(point));
+    if (static_cast<float>(range_m) != nearest) return false;
+    nearest = -1.0F;
+    return true;
+  }
+
+ private:
+  VoxelLattice lattice_;
+  std::unordered_map<std::uint64_t, float> nearest_;
+};
+
+using PointAction = std::function<void(const PointChunk& chunk, std::size_t i,
+                                       const Eigen::Vector3d& survey_point, double range_m)>;
+
+/// Calls `action` for each usable point of the station, and `flush` after each chunk.
+void ForEachPoint(const MergeStation& station, const ExecutionContext& context,
+                  const PointAction& action, const std::function<void()>& flush) {
+  const std::unique_ptr<ScanReader> reader = station.open();
+  PointChunk chunk;
+  while (reader->Next(chunk)) {
+    context.CheckStop();
+    for (std::size_t i = 0; i < chunk.size(); ++i) {
+      const Eigen::Vector3d point(chunk.x[i], chunk.y[i], chunk.z[i]);
+      const double range = (point - station.scanner_origin).norm();
+      if (range < station.min_range_m || range > station.max_range_m) continue;
+      if ((point.array() < station.min.array()).any() ||
+          (point.array() > station.max.array()).any()) {
+        continue;  // dropped by the ingest as too far from the rest
+      }
+      action(chunk, i, station.survey_from_station * point, range);
+    }
+    flush();
+  }
+}
+
+void Append(const PointChunk& from, std::size_t i, const Eigen::Vector3d& point,
+            const MergeStation& station, PointChunk* to) {
+  to->x.push_back(point.x());
+  to->y.push_back(point.y());
+  to->z.push_back(point.z());
+  if (station.has_intensity && !from.intensity.empty()) to->intensity.push_back(from.intensity[i]);
+  if (station.has_rgb && !from.rgb.empty()) to->rgb.push_back(from.rgb[i]);
+}
+
+}  // namespace
+
+CloudBounds MergedBounds(const std::vector<MergeStation>& stations) {
+  CloudBounds bounds{Eigen::Vector3d::Constant(HUGE_VAL), Eigen::Vector3d::Constant(-HUGE_VAL)};
+  for (const MergeStation& station : stations) {
+    for (int corner = 0; corner < 8; ++corner) {
+      const Eigen::Vector3d p((corner & 1) != 0 ? station.max.x() : station.min.x(),
+                              (corner & 2) != 0 ? station.max.y() : station.min.y(),
+                              (corner & 4) != 0 ? station.max.z() : station.min.z());
+      bounds.min = bounds.min.cwiseMin(station.survey_from_station * p);
+      bounds.max = bounds.max.cwiseMax(station.survey_from_station * p);
+    }
+  }
+  return bounds;
+}
+
+std::uint64_t MergeClouds(const std::vector<MergeStation>& stations, double thin_m,
+                          CloudWriter& writer, const ExecutionContext& context) {
+  const bool thin = thin_m > 0.0;
+  const CloudBounds bounds = MergedBounds(stations);
+  Thinning thinning(
+      {.edge_m = thin ? thin_m : 1.0, .origin = (0.5 * (bounds.min + bounds.max)).array().round()});
+  if (thin) {
+    for (const MergeStation& station : stations) {
+      ForEachPoint(
+          station, context,
+          [&](const PointChunk&, std::size_t, const Eigen::Vector3d& point, double range) {
+            thinning.Offer(point, range);
+          },
+          [] {});
+    }
+  }
+  std::uint64_t written = 0;
+  PointChunk out;
+  for (std::size_t s = 0; s < stations.size(); ++s) {
+    context.Progress("merge", s, stations.size());
+    const MergeStation& station = stations[s];
+    ForEachPoint(
+        station, context,
+        [&](const PointChunk& chunk, std::size_t i, const Eigen::Vector3d& point, double range) {
+          if (!thin || thinning.Take(point, range)) Append(chunk, i, point, station, &out);
+        },
+        [&] {
+          written += out.size();
+          writer.Write(out, station.number);
+          out.Clear();
+        });
+  }
+  context.Progress("merge", stations.size(), stations.size());
+  return written;
+}
+
+}  // namespace backsight
