@@ -56,11 +56,12 @@ double Median(std::vector<double> values) {
 void SetWeights(std::span<const RigidTransform> poses, std::vector<WeightedPlane>* planes) {
   const std::vector<double> thickness = PlaneThicknesses(*planes, poses);
   constexpr double kFloor = 0.001 * 0.001;  // m^2: no plane is better than a millimetre
+  constexpr double kThick = 100.0;          // only planes ten times as thick as most lose weight
   const double variance = std::max(Median(thickness), kFloor);
   for (std::size_t k = 0; k < planes->size(); ++k) {
     double count = 0.0;
     for (const PlaneObservation& o : (*planes)[k].observations) count += o.cluster.count;
-    const double robust = 1.0 / (1.0 + thickness[k] / (9.0 * variance));
+    const double robust = 1.0 / (1.0 + thickness[k] / (kThick * variance));
     (*planes)[k].weight = count / (2.0 * variance) * robust * robust;
   }
 }
