@@ -43,7 +43,7 @@ void ForEachPoint(const MergeStation& station, const ExecutionContext& context,
     context.CheckStop();
     for (std::size_t i = 0; i < chunk.size(); ++i) {
       const Eigen::Vector3d point(chunk.x[i], chunk.y[i], chunk.z[i]);
-      const double range = (point - station.scanner_origin).norm();
+      const double range = (point - station.range_origin).norm();
       if (range < station.min_range_m || range > station.max_range_m) continue;
       if ((point.array() < station.min.array()).any() ||
           (point.array() > station.max.array()).any()) {

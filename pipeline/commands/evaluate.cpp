@@ -1,0 +1,86 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numbers>
+
+#include "core/error.h"
+#include "io/pose_files.h"
+#include "pipeline/commands/commands.h"
+#include "pipeline/survey_pipeline.h"
+
+namespace backsight {
+namespace {
+
+using RelativePoses = std::map<std::pair<std::string, std::string>, RigidTransform>;
+
+struct PairError {
+  std::string source, target;
+  double re_deg = 0.0;
+  double te_m = 0.0;
+};
+
+/// True target_from_source of every pair the truth speaks of.
+RelativePoses ReadTruth(const std::string& path) {
+  if (path.ends_with(".log")) return ReadRelativeLog(path);
+  const auto poses = ReadPoses(path);
+  RelativePoses relative;
+  for (auto target = poses.begin(); target != poses.end(); ++target) {
+    for (auto source = std::next(target); source != poses.end(); ++source) {
+      relative[{source->first, target->first}] = target->second.Inverse() * source->second;
+    }
+  }
+  return relative;
+}
+
+std::vector<PairError> CompareWithTruth(const std::vector<PoseRecord>& poses,
+                                        const RelativePoses& truth) {
+  std::map<std::string, const PoseRecord*> placed;
+  for (const PoseRecord& pose : poses) {
+    if (pose.status == StationStatus::kRegistered) placed[pose.station] = &pose;
+  }
+  std::vector<PairError> errors;
+  for (const auto& [pair, true_transform] : truth) {
+    const auto source = placed.find(pair.first);
+    const auto target = placed.find(pair.second);
+    if (source == placed.end() || target == placed.end()) continue;
+    if (source->second->component != target->second->component) continue;
+    const RigidTransform estimate =
+        target->second->survey_from_station.Inverse() * source->second->survey_from_station;
+    errors.push_back(
+        {pair.first, pair.second,
+         RotationAngle(estimate.rotation, true_transform.rotation) * 180.0 / std::numbers::pi,
+         (estimate.translation - true_transform.translation).norm()});
+  }
+  return errors;
+}
+
+}  // namespace
+
+int EvaluateCommand(const EvaluateArguments& arguments) {
+  const RelativePoses truth = ReadTruth(arguments.truth);
+  const std::vector<PairError> errors = CompareWithTruth(ReadPoseRecords(arguments.poses), truth);
+  std::size_t successes = 0;
+  double re_sum = 0.0, te_sum = 0.0, te_max = 0.0;
+  fmt::print("{:<24} {:>10} {:>10}\n", "pair", "RE_deg", "TE_mm");
+  for (const PairError& error : errors) {
+    const bool success = error.re_deg <= arguments.max_re_deg && error.te_m <= arguments.max_te_m;
+    fmt::print("{:<24} {:>10.5f} {:>10.3f}{}\n", error.source + " - " + error.target, error.re_deg,
+               1000.0 * error.te_m, success ? "" : "  wrong");
+    if (!success) continue;
+    ++successes;
+    re_sum += error.re_deg;
+    te_sum += error.te_m;
+    te_max = std::max(te_max, error.te_m);
+  }
+  fmt::print("{} of {} pairs within {:g} deg and {:g} m; {} compared, {} wrong\n", successes,
+             truth.size(), arguments.max_re_deg, arguments.max_te_m, errors.size(),
+             errors.size() - successes);
+  if (successes > 0) {
+    const auto n = static_cast<double>(successes);
+    fmt::print("mean RE {:.5f} deg, mean TE {:.3f} mm, max TE {:.3f} mm (over successes)\n",
+               re_sum / n, 1000.0 * te_sum / n, 1000.0 * te_max);
+  }
+  return successes == truth.size() ? kComplete : kPartial;
+}
+
+}  // namespace backsight

@@ -1,0 +1,93 @@
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <sys/resource.h>
+
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+
+#include "core/error.h"
+#include "core/fingerprint.h"
+#include "io/atomic_file.h"
+#include "io/run_json.h"
+#include "pipeline/commands/commands.h"
+#include "pipeline/run_outputs.h"
+#include "pipeline/stop_signal.h"
+#include "pipeline/survey_pipeline.h"
+#include "pipeline/terminal_events.h"
+#include "pipeline/version.h"
+
+namespace backsight {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::system_clock;
+
+double PeakMemoryMb() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024.0;  // Linux counts in kB
+}
+
+std::string EffectiveOptions(SurveyOptions options) {
+  std::string text;
+  for (const OptionSection& section : OptionSections(options)) text += CanonicalText(section);
+  return text;
+}
+
+/// Times, memory and inputs: what may differ between equal runs.
+void WriteManifest(const SurveyProject& project, const SurveyOptions& options, const SurveyRun& run,
+                   Clock::time_point start, int threads, const std::string& out) {
+  ManifestRecord manifest;
+  manifest.version = kVersion;
+  manifest.git_hash = kGitHash;
+  manifest.project_path = project.path;
+  manifest.options = EffectiveOptions(options);
+  for (const StationSpec& station : project.stations) {
+    std::error_code error;
+    const bool readable = fs::is_regular_file(station.scan, error);
+    manifest.inputs.emplace_back(station.scan, readable ? FingerprintFile(station.scan) : "");
+  }
+  manifest.started_utc = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}",
+                                     std::chrono::time_point_cast<std::chrono::seconds>(start));
+  manifest.wall_s = std::chrono::duration<double>(Clock::now() - start).count();
+  manifest.peak_memory_mb = PeakMemoryMb();
+  manifest.threads = threads;
+  manifest.stages = run.times;
+  WriteTextFile((fs::path(out) / "manifest.json").string(), ManifestJson(manifest));
+}
+
+TerminalEvents::Verbosity VerbosityOf(const RunArguments& arguments) {
+  if (arguments.quiet) return TerminalEvents::Verbosity::kQuiet;
+  return arguments.verbose ? TerminalEvents::Verbosity::kVerbose
+                           : TerminalEvents::Verbosity::kNormal;
+}
+
+}  // namespace
+
+int RunCommand(const RunArguments& arguments) {
+  const Clock::time_point start = Clock::now();
+  const std::stop_token stop = InstallStopSignals();
+  SurveyOptions options;
+  const SurveyProject project = ReadSurveyProject(arguments.project, OptionSections(options));
+  if (!project.unsupported.empty()) RefuseUnsupported(project);
+
+  const std::string out = !arguments.out.empty()
+                              ? arguments.out
+                              : (fs::path(arguments.project).parent_path() / "out").string();
+  MakeDirectories(out);
+  TerminalEvents events(VerbosityOf(arguments));
+  const int threads = arguments.threads >= 0 ? arguments.threads : project.resources.threads;
+  const ExecutionContext context(threads, /*seed=*/0, &events, stop);
+  try {
+    const SurveyRun run = RunSurvey(project, options, out, context);
+    WriteManifest(project, options, run, start, context.threads(), out);
+    fmt::print("{} Report: {}\n", run.record.verdict, (fs::path(out) / "report.html").string());
+    return run.record.exit_code;
+  } catch (const Interrupted&) {
+    fmt::print(stderr, "interrupted; start the same command again to run it anew\n");
+    return StopSignal() == SIGTERM ? kTerminated : kInterrupted;
+  }
+}
+
+}  // namespace backsight

@@ -1,0 +1,144 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <exception>
+
+#include "core/error.h"
+#include "pipeline/commands/commands.h"
+#include "pipeline/survey_pipeline.h"
+#include "pipeline/version.h"
+
+namespace backsight {
+namespace {
+
+/// Defines a command; `code` receives its exit code when the command line names it.
+void AddRun(CLI::App& app, int* code) {
+  auto arguments = std::make_shared<RunArguments>();
+  CLI::App* command = app.add_subcommand("run", "Register, merge and report a survey project");
+  command->add_option("project", arguments->project, "survey project file (YAML)")->required();
+  command->add_option("--out", arguments->out, "folder for results (default: out/ beside project)");
+  command->add_option("--threads", arguments->threads, "0: all cores")->check(CLI::Range(0, 1024));
+  CLI::Option* quiet = command->add_flag("--quiet", arguments->quiet, "no progress, only warnings");
+  command->add_flag("--verbose", arguments->verbose, "details of every step")->excludes(quiet);
+  command->callback([=] { *code = RunCommand(*arguments); });
+}
+
+void AddCheck(CLI::App& app, int* code) {
+  auto project = std::make_shared<std::string>();
+  CLI::App* command = app.add_subcommand("check", "Validate a project and print the plan");
+  command->add_option("project", *project, "survey project file (YAML)")->required();
+  command->callback([=] { *code = CheckCommand(*project); });
+}
+
+void AddRegister(CLI::App& app, int* code) {
+  auto arguments = std::make_shared<RegisterArguments>();
+  CLI::App* command = app.add_subcommand(
+      "register", "Register one pair: prints target_from_source and its quality");
+  CLI::Option* inputs =
+      command->add_option("inputs", arguments->inputs, "SOURCE TARGET: two scans")->expected(2);
+  CLI::Option* correspondences =
+      command->add_option("--correspondences", arguments->correspondences,
+                          "file of six columns instead: source x y z, target x y z");
+  CLI::Option* matched =
+      command->add_flag("--matched", arguments->matched,
+                        "SOURCE and TARGET are point lists of three columns; row i matches row i");
+  correspondences->excludes(inputs)->excludes(matched);
+  command
+      ->add_option("--resolution-m", arguments->resolution_m,
+                   "edge of the voxels; of point lists: half the accuracy of the points")
+      ->check(CLI::Range(0.001, 10.0));
+  command->add_option("--threads", arguments->threads, "0: all cores")->check(CLI::Range(0, 1024));
+  command->callback([=] {
+    if (arguments->correspondences.empty() && arguments->inputs.size() != 2) {
+      throw CLI::ValidationError("register", "give SOURCE TARGET or --correspondences FILE");
+    }
+    *code = RegisterCommand(*arguments);
+  });
+}
+
+void AddEvaluate(CLI::App& app, int* code) {
+  auto arguments = std::make_shared<EvaluateArguments>();
+  CLI::App* command = app.add_subcommand("evaluate", "Compare poses with ground truth");
+  command->add_option("poses", arguments->poses, "poses.csv of a run")->required();
+  command
+      ->add_option("--truth", arguments->truth,
+                   "CSV like poses.csv, folder of gt_pose<i>.txt, or 3DMatch gt.log")
+      ->required();
+  command->add_option("--re", arguments->max_re_deg, "largest rotation error of a success, deg");
+  command->add_option("--te", arguments->max_te_m, "largest translation error of a success, m");
+  command->callback([=] { *code = EvaluateCommand(*arguments); });
+}
+
+void AddInfo(CLI::App& app, int* code) {
+  auto scan = std::make_shared<std::string>();
+  auto index = std::make_shared<int>(0);
+  CLI::App* command = app.add_subcommand("info", "Say what a scan file holds");
+  command->add_option("scan", *scan, "scan file")->required();
+  command->add_option("--scan-index", *index, "which scan of the file, from 0");
+  command->callback([=] { *code = InfoCommand(*scan, *index); });
+}
+
+void AddOptions(CLI::App& app, int* code) {
+  auto markdown = std::make_shared<bool>(false);
+  auto json = std::make_shared<bool>(false);
+  CLI::App* command = app.add_subcommand("options", "List every option with its default");
+  CLI::Option* flag = command->add_flag("--markdown", *markdown, "as docs/options.md");
+  command->add_flag("--json", *json, "as JSON")->excludes(flag);
+  command->callback([=] {
+    *code = OptionsCommand(*markdown ? OptionsFormat::kMarkdown
+                           : *json   ? OptionsFormat::kJson
+                                     : OptionsFormat::kText);
+  });
+}
+
+void AddSimulate(CLI::App& app, int* code) {
+  auto scene = std::make_shared<std::string>();
+  auto directory = std::make_shared<std::string>();
+  auto threads = std::make_shared<int>(0);
+  CLI::App* command = app.add_subcommand("simulate", "Make a campaign with exact truth");
+  command->add_option("scene", *scene, "scene file (YAML)")->required();
+  command->add_option("directory", *directory, "where to write it")->required();
+  command->add_option("--threads", *threads, "0: all cores")->check(CLI::Range(0, 1024));
+  command->callback([=] { *code = SimulateCommand(*scene, *directory, *threads); });
+}
+
+void AddDemo(CLI::App& app, int* code) {
+  auto directory = std::make_shared<std::string>("backsight-demo");
+  auto threads = std::make_shared<int>(0);
+  CLI::App* command = app.add_subcommand("demo", "Simulate a small campaign and run it");
+  command->add_option("directory", *directory, "where to write it");
+  command->add_option("--threads", *threads, "0: all cores")->check(CLI::Range(0, 1024));
+  command->callback([=] { *code = DemoCommand(*directory, *threads); });
+}
+
+int Main(int argc, char** argv) {
+  CLI::App app("Backsight: terrestrial laser scans to one registered point cloud");
+  app.set_version_flag("--version", std::string("backsight ") + kVersion);
+  app.require_subcommand(1);
+  int code = kComplete;
+  for (const auto add :
+       {AddRun, AddCheck, AddRegister, AddEvaluate, AddInfo, AddOptions, AddSimulate, AddDemo}) {
+    add(app, &code);
+  }
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? kComplete : kBadInput;
+  }
+  return code;
+}
+
+}  // namespace
+}  // namespace backsight
+
+int main(int argc, char** argv) {
+  try {
+    return backsight::Main(argc, argv);
+  } catch (const backsight::InputError& error) {
+    fmt::print(stderr, "error: {}\n", error.what());
+    return backsight::kBadInput;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "error: {}\n", error.what());
+    return backsight::kInternalFailure;
+  }
+}

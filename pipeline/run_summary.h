@@ -1,0 +1,17 @@
+#pragma once
+
+#include <vector>
+
+#include "io/run_records.h"
+#include "io/survey_project.h"
+#include "pipeline/network_pipeline.h"
+
+namespace backsight {
+
+/// Everything the reports say, gathered from the results: records of scans, poses, links, gates,
+/// the verdict and the exit code.
+RunRecord SummarizeRun(const SurveyProject& project, const std::vector<Station>& stations,
+                       const std::vector<Pair>& pairs, const Network& network,
+                       const std::vector<OutputRecord>& outputs);
+
+}  // namespace backsight

@@ -1,0 +1,113 @@
+#include "pipeline/station_pipeline.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+
+#include "core/error.h"
+#include "core/fingerprint.h"
+
+namespace backsight {
+namespace {
+
+double ExtentOf(const StationModel& model) {
+  std::vector<double> ranges;
+  ranges.reserve(model.leaves.size());
+  for (const VoxelLeaf& leaf : model.leaves) ranges.push_back(leaf.cluster.mean.norm());
+  const auto place = ranges.begin() + static_cast<std::ptrdiff_t>(ranges.size() * 95 / 100);
+  std::nth_element(ranges.begin(), place, ranges.end());
+  return *place;
+}
+
+std::string FingerprintOf(const StationModel& model) {
+  Fingerprint fingerprint;
+  for (const VoxelLeaf& leaf : model.leaves) {
+    fingerprint.Add(leaf.key);
+    const double values[4] = {leaf.cluster.count, leaf.cluster.mean.x(), leaf.cluster.mean.y(),
+                              leaf.cluster.mean.z()};
+    fingerprint.Add(std::as_bytes(std::span(values)));
+  }
+  return fingerprint.Hex();
+}
+
+void FillRecord(const IngestResult& ingest, Station* station) {
+  ScanRecord& record = station->record;
+  record.format = station->info.format;
+  record.records = ingest.tally.records;
+  record.points = ingest.model.points;
+  record.dropped = ingest.tally.records - ingest.model.points;
+  record.leaves = ingest.model.leaves.size();
+  const std::vector<std::string>* const all_notes[] = {&station->info.notes, &ingest.tally.notes,
+                                                       &ingest.notes};
+  for (const auto* notes : all_notes) {
+    record.notes.insert(record.notes.end(), notes->begin(), notes->end());
+  }
+  const auto note_count = [&](std::uint64_t count, const char* what) {
+    if (count > 0) record.notes.push_back(fmt::format("{} {}", count, what));
+  };
+  note_count(ingest.tally.not_finite, "points with NaN or infinite coordinates dropped");
+  note_count(ingest.tally.no_return, "empty records (no return) passed over");
+  note_count(ingest.out_of_range, "points outside the range limits dropped");
+}
+
+void LoadStation(const SurveyOptions& options, const ExecutionContext& context, Station* station) {
+  const std::unique_ptr<ScanReader> reader = OpenScan(station->spec.scan, station->spec.scan_index);
+  station->info = reader->info();
+  IngestResult ingest = IngestScan(station->spec.id, *reader, station->spec.scanner_origin_m,
+                                   options.ingest, context);
+  FillRecord(ingest, station);
+  station->model = std::move(ingest.model);
+  station->record.extent_m = ExtentOf(station->model);
+  station->content_fingerprint = FingerprintOf(station->model);
+  station->features = ComputeFeatures(station->model, options.features, context);
+  station->record.keypoints = station->features.keypoints.size();
+  if (!station->features.scanner_credible) {
+    station->record.notes.push_back(
+        "the scan does not look as if its scanner had stood at (0, 0, 0); normals were oriented by "
+        "the surface itself; give scanner_origin_m if you know it");
+  }
+}
+
+void RefuseCopies(std::vector<Station>* stations) {
+  for (std::size_t i = 0; i < stations->size(); ++i) {
+    Station& station = (*stations)[i];
+    for (std::size_t j = 0; j < i && station.usable(); ++j) {
+      const Station& earlier = (*stations)[j];
+      if (!earlier.usable() || earlier.content_fingerprint != station.content_fingerprint) continue;
+      station.fault = fmt::format(
+          "{} holds the same points as station {} ({}); name the right file, or take the station "
+          "out",
+          station.spec.scan, earlier.spec.id, earlier.spec.scan);
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<Station> LoadStations(const std::vector<StationSpec>& specs,
+                                  const SurveyOptions& options, const ExecutionContext& context) {
+  std::vector<Station> stations(specs.size());
+  std::atomic<std::size_t> done = 0;
+  context.Progress("stations", 0, specs.size());
+  context.ParallelFor(specs.size(), [&](std::size_t i) {
+    Station& station = stations[i];
+    station.spec = specs[i];
+    station.record.station = specs[i].id;
+    station.record.path = specs[i].scan;
+    try {
+      context.CheckStop();
+      LoadStation(options, context, &station);
+    } catch (const InputError& error) {
+      station.fault = error.what();
+    }
+    context.Progress("stations", ++done, specs.size());
+  });
+  RefuseCopies(&stations);
+  for (const Station& station : stations) {
+    if (!station.usable()) context.Warning("station " + station.spec.id + ": " + station.fault);
+  }
+  return stations;
+}
+
+}  // namespace backsight

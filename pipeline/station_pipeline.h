@@ -1,0 +1,34 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/execution.h"
+#include "io/run_records.h"
+#include "io/scan_reader.h"
+#include "io/survey_project.h"
+#include "pipeline/survey_options.h"
+#include "stages/station_model.h"
+
+namespace backsight {
+
+/// One station from scan file to features. A station that cannot be used carries the reason; the
+/// others go on.
+struct Station {
+  StationSpec spec;
+  StationModel model;
+  StationFeatures features;
+  ScanInfo info;
+  ScanRecord record;
+  std::string fault;                ///< empty: usable
+  std::string content_fingerprint;  ///< of the voxel clusters
+
+  bool usable() const { return fault.empty(); }
+};
+
+/// Reads and describes all stations, side by side. A station whose scan equals an earlier station's
+/// is refused as a copy: it would register perfectly and prove nothing.
+std::vector<Station> LoadStations(const std::vector<StationSpec>& specs,
+                                  const SurveyOptions& options, const ExecutionContext& context);
+
+}  // namespace backsight

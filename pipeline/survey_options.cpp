@@ -1,0 +1,24 @@
+#include "pipeline/survey_options.h"
+
+namespace backsight {
+
+std::vector<OptionSection> OptionSections(SurveyOptions& options) {
+  return {
+      {"registration", "how scans are taken in",
+       [&](OptionVisitor& visitor) { VisitOptions(visitor, options.ingest); }},
+      {"features", "normals, ISS key points and FPFH descriptors",
+       [&](OptionVisitor& visitor) { VisitOptions(visitor, options.features); }},
+      {"matching", "putative correspondences",
+       [&](OptionVisitor& visitor) { VisitOptions(visitor, options.matching); }},
+      {"coarse", "node and edge reliability, GNC-Welsch",
+       [&](OptionVisitor& visitor) { VisitOptions(visitor, options.coarse); }},
+      {"fine", "planar adjustment with Anderson acceleration",
+       [&](OptionVisitor& visitor) { VisitOptions(visitor, options.fine); }},
+      {"verification", "what makes a pair acceptable",
+       [&](OptionVisitor& visitor) { VisitOptions(visitor, options.verification); }},
+      {"network", "the pose graph over all stations",
+       [&](OptionVisitor& visitor) { VisitOptions(visitor, options.network); }},
+  };
+}
+
+}  // namespace backsight

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <vector>
+
+#include "core/option_visitor.h"
+#include "stages/coarse_registration.h"
+#include "stages/features.h"
+#include "stages/fine_registration.h"
+#include "stages/ingest.h"
+#include "stages/matching.h"
+#include "stages/network_solution.h"
+#include "stages/verification.h"
+
+namespace backsight {
+
+/// The options of every stage, with their defaults.
+struct SurveyOptions {
+  IngestOptions ingest;
+  FeatureOptions features;
+  MatchingOptions matching;
+  CoarseOptions coarse;
+  FineOptions fine;
+  VerificationOptions verification;
+  NetworkOptions network;
+};
+
+/// The sections of the project file, in the order of the method. They refer to `options`, which
+/// must outlive them.
+std::vector<OptionSection> OptionSections(SurveyOptions& options);
+
+}  // namespace backsight

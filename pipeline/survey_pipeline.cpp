@@ -1,0 +1,53 @@
+#include "pipeline/survey_pipeline.h"
+
+#include <chrono>
+
+#include "pipeline/run_outputs.h"
+#include "pipeline/run_summary.h"
+
+namespace backsight {
+namespace {
+
+/// Measures the stages; the times go to the manifest only.
+class StageClock {
+ public:
+  explicit StageClock(std::vector<StageTime>* times) : times_(times) {}
+  void Finish(const std::string& stage) {
+    const auto now = std::chrono::steady_clock::now();
+    times_->push_back({stage, std::chrono::duration<double>(now - start_).count()});
+    start_ = now;
+  }
+
+ private:
+  std::vector<StageTime>* times_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace
+
+SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
+                    const std::string& out_directory, const ExecutionContext& context) {
+  SurveyRun run;
+  StageClock clock(&run.times);
+
+  const std::vector<Station> stations = LoadStations(project.stations, options, context);
+  clock.Finish("stations");
+
+  std::vector<Pair> pairs = PlanPairs(stations, project.pairs);
+  RegisterPairs(stations, options, context, &pairs);
+  clock.Finish("pairs");
+
+  const Network network = BuildNetwork(stations, pairs, options.network);
+  clock.Finish("network");
+
+  const std::vector<OutputRecord> outputs =
+      WriteMergedClouds(project, options.ingest, stations, network, out_directory, context);
+  clock.Finish("merge");
+
+  run.record = SummarizeRun(project, stations, pairs, network, outputs);
+  WriteReports(run.record, stations, network, out_directory);
+  clock.Finish("report");
+  return run;
+}
+
+}  // namespace backsight

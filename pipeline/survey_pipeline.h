@@ -1,0 +1,37 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "core/execution.h"
+#include "io/run_records.h"
+#include "io/survey_project.h"
+#include "pipeline/network_pipeline.h"
+#include "pipeline/survey_options.h"
+
+namespace backsight {
+
+/// The exit codes of product.md that a run can end with.
+enum ExitCode : int {
+  kComplete = 0,
+  kInternalFailure = 1,
+  kBadInput = 2,
+  kPartial = 3,
+  kGateFailed = 4,
+  kNoUsableInput = 5,
+  kInterrupted = 130,
+  kTerminated = 143,
+};
+
+struct SurveyRun {
+  RunRecord record;
+  std::vector<StageTime> times;
+};
+
+/// The whole method, from scan files to outputs in `out_directory`: loads the stations, registers
+/// all pairs, fuses them to a network, merges the clouds and writes tables and reports.
+SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
+                    const std::string& out_directory, const ExecutionContext& context);
+
+}  // namespace backsight
