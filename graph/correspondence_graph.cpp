@@ -24,9 +24,8 @@ struct PointArrays {
 /// exp(-y) for 0 <= y <= 2/3, relative error below 3e-7; a polynomial, so that it vectorises.
 inline float ExpNegative(float y) {
   return 1.0F +
-         y * (-1.0F +
-              y * (0.5F + y * (-0.16666667F +
-                               y * (0.041666667F + y * (-0.0083333333F + y * 0.00130F)))));
+         y * (-1.0F + y * (0.5F + y * (-0.16666667F +
+                                       y * (0.041666667F + y * (-0.0083333333F + y * 0.00130F)))));
 }
 
 /// Sum of compatibility weights of row a with all rows.

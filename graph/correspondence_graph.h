@@ -15,8 +15,8 @@ struct NodeReliabilityOptions {
 };
 
 struct ReliableNodes {
-  std::vector<std::uint32_t> rows;    ///< at most `keep`, most reliable first, ties by row
-  std::vector<float> reliability;     ///< D of every row of the input
+  std::vector<std::uint32_t> rows;  ///< at most `keep`, most reliable first, ties by row
+  std::vector<float> reliability;   ///< D of every row of the input
 };
 
 /// D(a) = sum over b of w(x_ab), x_ab = | |p_a - p_b| - |q_a - q_b| | < 2 l, where both lengths are

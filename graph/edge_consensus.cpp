@@ -12,8 +12,8 @@ namespace {
 /// Nodes that an edge may start from, with their compatible partners in order of reliability.
 struct NodePartners {
   std::uint32_t node = 0;
-  int compatible = 0;                     // how many later nodes are compatible
-  std::vector<std::uint32_t> partners;    // the first few of them
+  int compatible = 0;                   // how many later nodes are compatible
+  std::vector<std::uint32_t> partners;  // the first few of them
 };
 
 std::vector<NodePartners> FindPartners(const Correspondences& c,
@@ -40,7 +40,8 @@ std::vector<NodePartners> FindPartners(const Correspondences& c,
         }
       },
       32);
-  std::erase_if(nodes, [&](const NodePartners& n) { return n.compatible < options.min_compatible; });
+  std::erase_if(nodes,
+                [&](const NodePartners& n) { return n.compatible < options.min_compatible; });
   std::stable_sort(nodes.begin(), nodes.end(), [](const NodePartners& a, const NodePartners& b) {
     return a.compatible > b.compatible;
   });
@@ -54,8 +55,8 @@ struct Edge {
         target(c.target[i]),
         source_axis((c.source[j] - c.source[i]).normalized()),
         target_axis((c.target[j] - c.target[i]).normalized()),
-        middle_shift(0.5 * ((c.target[j] - c.target[i]) - (c.source[j] - c.source[i]).norm() *
-                                                              target_axis)) {}
+        middle_shift(0.5 * ((c.target[j] - c.target[i]) -
+                            (c.source[j] - c.source[i]).norm() * target_axis)) {}
   Eigen::Vector3d source, target;            // of node i
   Eigen::Vector3d source_axis, target_axis;  // from i to j
   Eigen::Vector3d middle_shift;              // centres the length difference on both ends
@@ -105,17 +106,16 @@ EdgeHypothesis TightConsensus(const Correspondences& c, const Edge& edge,
     const double rest = (radius_m - radius_q) * (radius_m - radius_q) + along * along;
     if (rest > limit * limit) continue;
     const double product = 2.0 * radius_m * radius_q;
-    const double kappa = product > 1e-12
-                             ? (radius_m * radius_m + radius_q * radius_q + along * along -
-                                limit * limit) / product
-                             : -1.0;
+    const double kappa =
+        product > 1e-12
+            ? (radius_m * radius_m + radius_q * radius_q + along * along - limit * limit) / product
+            : -1.0;
     if (kappa <= -1.0) {
       intervals.push_back({0.0, 2.0 * std::numbers::pi, c.source_id[k]});
       continue;
     }
     const double half_width = std::acos(std::min(kappa, 1.0));
-    const double center =
-        std::atan2(q.dot(v), q.dot(u)) - std::atan2(m.dot(v), m.dot(u));
+    const double center = std::atan2(q.dot(v), q.dot(u)) - std::atan2(m.dot(v), m.dot(u));
     intervals.push_back({center - half_width, center + half_width, c.source_id[k]});
   }
 

@@ -13,10 +13,10 @@ namespace backsight {
 /// compatible correspondences; it fixes the motion up to one rotation about itself, and its
 /// reliability is the largest number of key points that one such rotation brings together.
 struct EdgeReliabilityOptions {
-  double resolution_m = 0.1;       ///< l
-  int min_compatible = 10;         ///< nodes with fewer compatible partners start no edge
-  int edges_per_node = 1;          ///< partners tried per node, most reliable first
-  int hypotheses = 20;             ///< distinct hypotheses kept, best first
+  double resolution_m = 0.1;  ///< l
+  int min_compatible = 10;    ///< nodes with fewer compatible partners start no edge
+  int edges_per_node = 1;     ///< partners tried per node, most reliable first
+  int hypotheses = 20;        ///< distinct hypotheses kept, best first
 };
 
 struct EdgeHypothesis {

@@ -11,18 +11,18 @@ namespace backsight {
 /// (paper section III-D, Algorithm 1 with its schedule corrected: the scale falls geometrically and
 /// never below sigma_min, so the result does not depend on the unit of length).
 struct GncWelschOptions {
-  double resolution_m = 0.1;      ///< l
-  int annealing_steps = 20;       ///< geometric steps from sigma_0 to sigma_min, one per 2 iterations
+  double resolution_m = 0.1;  ///< l
+  int annealing_steps = 20;   ///< geometric steps from sigma_0 to sigma_min, one per 2 iterations
   int max_iterations = 100;
 };
 
 struct GncWelschResult {
   enum class Status { kConverged, kMaxIterations, kDegenerate };
   Status status = Status::kDegenerate;
-  RigidTransform target_from_source;     ///< the start value if degenerate
-  std::vector<double> weights;           ///< z of every row, 0 to 1
-  double sigma_m = 0.0;                  ///< final scale
-  double residual_sd_m = 0.0;            ///< per-axis standard deviation of the inliers
+  RigidTransform target_from_source;  ///< the start value if degenerate
+  std::vector<double> weights;        ///< z of every row, 0 to 1
+  double sigma_m = 0.0;               ///< final scale
+  double residual_sd_m = 0.0;         ///< per-axis standard deviation of the inliers
   int iterations = 0;
   /// Gauss-Newton information of the motion in Retract's convention, from residual_sd_m.
   Matrix6d information = Matrix6d::Zero();

@@ -42,9 +42,7 @@ class Chart {
     return Reduced(full, fixed_);
   }
 
-  std::vector<RigidTransform> Poses(const Eigen::VectorXd& x) const {
-    return Step(reference_, x);
-  }
+  std::vector<RigidTransform> Poses(const Eigen::VectorXd& x) const { return Step(reference_, x); }
 
   /// Every free station of `poses` retracted by its part of the reduced vector `xi`.
   std::vector<RigidTransform> Step(std::span<const RigidTransform> poses,
@@ -133,8 +131,8 @@ PlanarAdjustmentResult AdjustPlanes(std::span<const WeightedPlane> planes,
     const double decrease = system.cost - cost;
     damping.Accepted(expected > 0.0 ? decrease / expected : 1.0);
     if (options.anderson_window > 0) {
-      const Eigen::VectorXd proposal = accelerator.Propose(chart.Coordinates(result.poses),
-                                                           chart.Coordinates(stepped));
+      const Eigen::VectorXd proposal =
+          accelerator.Propose(chart.Coordinates(result.poses), chart.Coordinates(stepped));
       std::vector<RigidTransform> accelerated = chart.Poses(proposal);
       const double accelerated_cost = PlanarCost(planes, priors, accelerated);
       if (accelerated_cost < cost) {

@@ -13,21 +13,21 @@ struct PlanarAdjustmentOptions {
   double relative_decrease = 1e-8;      ///< stop below this
   double smallest_rotation_rad = 1e-8;  ///< stop where a step is below both of these
   double smallest_translation_m = 1e-7;
-  int anderson_window = 5;              ///< h; 0 switches the acceleration off
+  int anderson_window = 5;  ///< h; 0 switches the acceleration off
 };
 
 struct PlanarAdjustmentResult {
   enum class Status {
     kConverged,
     kMaxIterations,
-    kNoDescent,     ///< damping grew to its limit without a lower cost: poses as good as they get
-    kNothingToDo,   ///< no planes: poses unchanged
+    kNoDescent,    ///< damping grew to its limit without a lower cost: poses as good as they get
+    kNothingToDo,  ///< no planes: poses unchanged
   };
   Status status = Status::kNothingToDo;
   std::vector<RigidTransform> poses;  ///< world_from_station
   double start_cost = 0.0;
   double final_cost = 0.0;
-  int iterations = 0;                 ///< accepted and rejected Levenberg-Marquardt steps
+  int iterations = 0;  ///< accepted and rejected Levenberg-Marquardt steps
   int anderson_accepted = 0;
   /// Gauss-Newton matrix at the result, 6 rows per station, without damping, with the priors.
   Eigen::MatrixXd information;

@@ -13,8 +13,8 @@ struct PlaneState {
   std::vector<PointCluster> parts;  // means relative to `center`
   Eigen::Vector3d center;           // world
   double count = 0.0;
-  Eigen::Vector3d eigenvalues;      // ascending, m^2
-  Eigen::Matrix3d axes;             // columns: normal, then the two in-plane axes
+  Eigen::Vector3d eigenvalues;  // ascending, m^2
+  Eigen::Matrix3d axes;         // columns: normal, then the two in-plane axes
 };
 
 PlaneState Evaluate(const WeightedPlane& plane, std::span<const RigidTransform> poses) {
@@ -46,7 +46,7 @@ Vector6d AboutOrigin(const Eigen::Vector3d& rotation_part, const Eigen::Vector3d
 /// Second derivative of n * (point-plane distance)^2 sums of one station with the plane held:
 /// sum over its points of a a^T with a = [p x u; u], p in the world.
 Matrix6d HeldPlaneMatrix(const PointCluster& part, const Eigen::Vector3d& u,
-                        const Eigen::Vector3d& center) {
+                         const Eigen::Vector3d& center) {
   const Eigen::Matrix3d second = part.scatter + part.count * part.mean * part.mean.transpose();
   const Eigen::Vector3d first = part.count * part.mean;
   const Eigen::Matrix3d cross = Skew(u);
@@ -71,8 +71,8 @@ void AddPlane(const WeightedPlane& plane, std::span<const RigidTransform> poses,
   system->cost += plane.weight * state.eigenvalues[0];
 
   const std::size_t parts = state.parts.size();
-  std::vector<Vector6d> b(parts);                  // coupling through the plane's offset
-  std::vector<std::array<Vector6d, 2>> w(parts);   // coupling through the plane's normal
+  std::vector<Vector6d> b(parts);                 // coupling through the plane's offset
+  std::vector<std::array<Vector6d, 2>> w(parts);  // coupling through the plane's normal
   for (std::size_t j = 0; j < parts; ++j) {
     const PointCluster& part = state.parts[j];
     const Eigen::Matrix3d moment = part.scatter + part.count * part.mean * part.mean.transpose();
@@ -85,8 +85,7 @@ void AddPlane(const WeightedPlane& plane, std::span<const RigidTransform> poses,
     }
     const Eigen::Index row = 6 * plane.observations[j].station;
     const Eigen::Vector3d s = moment * u;
-    system->gradient.segment<6>(row) +=
-        scale * AboutOrigin(s.cross(u), v.dot(u) * u, state.center);
+    system->gradient.segment<6>(row) += scale * AboutOrigin(s.cross(u), v.dot(u) * u, state.center);
     system->matrix.block<6, 6>(row, row) += scale * HeldPlaneMatrix(part, u, state.center);
   }
   constexpr double kSmallestWidth = 1e-12;  // m^2

@@ -110,7 +110,8 @@ class Splitter {
       const std::size_t removed = std::erase_if(parts, disagrees);
       if (removed > 0) continue;
       PlaneAssociation plane;
-      for (const StationPart& part : parts) plane.observations.push_back({part.station, part.local});
+      for (const StationPart& part : parts)
+        plane.observations.push_back({part.station, part.local});
       planes_->push_back(std::move(plane));
       return true;
     }
@@ -123,9 +124,9 @@ class Splitter {
 
 }  // namespace
 
-std::vector<PlaneAssociation> FindPlanes(
-    std::span<const std::vector<PointCluster>* const> clusters,
-    std::span<const RigidTransform> poses, const PlaneSearchOptions& options) {
+std::vector<PlaneAssociation> FindPlanes(std::span<const std::vector<PointCluster>* const> clusters,
+                                         std::span<const RigidTransform> poses,
+                                         const PlaneSearchOptions& options) {
   const VoxelLattice lattice{.edge_m = options.root_edge_m};
   std::vector<Item> items;
   for (std::size_t s = 0; s < clusters.size(); ++s) {

@@ -24,22 +24,22 @@ struct PlaneAssociation {
 /// open). A lattice cell is split until what each station has in it is one thin plane and the
 /// stations agree on it.
 struct PlaneSearchOptions {
-  double root_edge_m = 0.8;       ///< edge of the lattice cells the search starts from
-  int max_depth = 3;              ///< how often a cell may be split
-  double min_points = 15.0;       ///< raw points a station needs in a cell
-  int min_clusters = 8;           ///< or voxels, where the scan is thinner than that
-  double max_thinness = 1.0 / 16; ///< smallest over middle eigenvalue of the covariance
-  double min_width = 0.02;        ///< middle over largest eigenvalue: a plane, not a line
-  double max_thickness_m = 0.03;  ///< standard deviation across the plane, per station
-  double max_angle_rad = 0.175;   ///< between a station's normal and the joint one
-  double max_offset_m = 0.1;      ///< of a station's centroid from the joint plane
+  double root_edge_m = 0.8;        ///< edge of the lattice cells the search starts from
+  int max_depth = 3;               ///< how often a cell may be split
+  double min_points = 15.0;        ///< raw points a station needs in a cell
+  int min_clusters = 8;            ///< or voxels, where the scan is thinner than that
+  double max_thinness = 1.0 / 16;  ///< smallest over middle eigenvalue of the covariance
+  double min_width = 0.02;         ///< middle over largest eigenvalue: a plane, not a line
+  double max_thickness_m = 0.03;   ///< standard deviation across the plane, per station
+  double max_angle_rad = 0.175;    ///< between a station's normal and the joint one
+  double max_offset_m = 0.1;       ///< of a station's centroid from the joint plane
 };
 
-/// `clusters[s]` are station s's voxel clusters in its own frame, `poses[s]` its world_from_station.
-/// Planes come in the order of their lattice cells. The world lattice passes through the world's
-/// origin. Time O(clusters * depth).
-std::vector<PlaneAssociation> FindPlanes(
-    std::span<const std::vector<PointCluster>* const> clusters,
-    std::span<const RigidTransform> poses, const PlaneSearchOptions& options);
+/// `clusters[s]` are station s's voxel clusters in its own frame, `poses[s]` its
+/// world_from_station. Planes come in the order of their lattice cells. The world lattice passes
+/// through the world's origin. Time O(clusters * depth).
+std::vector<PlaneAssociation> FindPlanes(std::span<const std::vector<PointCluster>* const> clusters,
+                                         std::span<const RigidTransform> poses,
+                                         const PlaneSearchOptions& options);
 
 }  // namespace backsight

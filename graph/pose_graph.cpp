@@ -87,8 +87,8 @@ bool SolveWeighted(std::span<const PoseGraphLink> links, const std::vector<doubl
     problem.AddResidualBlock(
         new ceres::AutoDiffCostFunction<LinkCost, 6, 4, 3, 4, 3>(new LinkCost(links[l])),
         new ceres::ScaledLoss(nullptr, weights[l], ceres::TAKE_OWNERSHIP),
-        source.rotation.coeffs().data(), source.translation.data(),
-        target.rotation.coeffs().data(), target.translation.data());
+        source.rotation.coeffs().data(), source.translation.data(), target.rotation.coeffs().data(),
+        target.translation.data());
   }
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
@@ -162,8 +162,8 @@ Eigen::MatrixXd Information(int stations, std::span<const PoseGraphLink> links,
     const PoseGraphLink& link = links[l];
     const auto& source = result.survey_from_station[static_cast<std::size_t>(link.source)];
     const auto& target = result.survey_from_station[static_cast<std::size_t>(link.target)];
-    const Matrix6d jacobian = LocalDifferenceJacobian(LinkResidual(link, source, target)) *
-                              Adjoint(target.Inverse());
+    const Matrix6d jacobian =
+        LocalDifferenceJacobian(LinkResidual(link, source, target)) * Adjoint(target.Inverse());
     const Matrix6d block = jacobian.transpose() * link.information * jacobian;
     const Eigen::Index i = 6 * link.source;
     const Eigen::Index j = 6 * link.target;

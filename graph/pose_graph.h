@@ -19,7 +19,7 @@ struct PoseGraphLink {
 };
 
 struct PoseGraphOptions {
-  bool robust = true;            ///< graduated non-convexity over truncated least squares
+  bool robust = true;               ///< graduated non-convexity over truncated least squares
   double outlier_quantile = 16.81;  ///< chi^2 with 6 degrees of freedom at 99 %
   int max_iterations = 100;
 };

@@ -141,7 +141,7 @@ std::string LegendLine(const std::string& line_class, const std::string& meaning
 }
 
 std::string Legend() {
-  const auto& limits = kResidualClasses_m;
+  const auto& limits = kResidualClassesM;
   const auto mm = [](double value) { return fmt::format("{:g}", 1000 * value); };
   std::string html = "<div class=\"legend\"><span>network residual:</span>\n";
   html += LegendLine("r0", "up to " + mm(limits[0]) + " mm");

@@ -121,7 +121,7 @@ std::string Axes(const PlanLayout& layout) {
 int ResidualClass(double residual_m) {
   if (!std::isfinite(residual_m)) throw InternalError("network_residual_m is not finite");
   int index = 0;
-  for (const double limit : kResidualClasses_m) index += residual_m > limit ? 1 : 0;
+  for (const double limit : kResidualClassesM) index += residual_m > limit ? 1 : 0;
   return index;
 }
 

@@ -8,7 +8,7 @@ namespace backsight {
 
 /// Upper limits of the classes by which the plan colours accepted links, metres; the last class is
 /// open.
-inline constexpr double kResidualClasses_m[] = {0.002, 0.005, 0.010};
+inline constexpr double kResidualClassesM[] = {0.002, 0.005, 0.010};
 
 /// Class 0 to 3 of a network residual.
 int ResidualClass(double residual_m);

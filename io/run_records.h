@@ -19,21 +19,21 @@ std::string ToString(LinkStatus status);
 /// One line of poses.csv.
 struct PoseRecord {
   std::string station;
-  int component = -1;                      ///< -1: not placed
+  int component = -1;  ///< -1: not placed
   StationStatus status = StationStatus::kNotRegistered;
-  std::string reason;                      ///< empty where registered
+  std::string reason;  ///< empty where registered
   RigidTransform survey_from_station;
-  std::optional<Matrix6d> covariance;      ///< [rotation; translation], Retract's convention; rad, m
-  int link_count = 0;                      ///< accepted links of this station
+  std::optional<Matrix6d> covariance;  ///< [rotation; translation], Retract's convention; rad, m
+  int link_count = 0;                  ///< accepted links of this station
 };
 
 /// Formal standard deviations of a placed station. The covariance is that of a perturbation of the
 /// whole survey_from_station (Retract); here it is carried to the station's own position,
 /// t + phi x t + rho, because that is what a surveyor asks for.
 struct PoseSigma {
-  Eigen::Vector3d rotation_deg;            ///< about the axes of the survey frame
-  Eigen::Vector3d position_m;              ///< along the axes of the survey frame
-  double worst_position_m = 0.0;           ///< in the least determined direction
+  Eigen::Vector3d rotation_deg;   ///< about the axes of the survey frame
+  Eigen::Vector3d position_m;     ///< along the axes of the survey frame
+  double worst_position_m = 0.0;  ///< in the least determined direction
 };
 
 /// Absent where the record holds no covariance.
@@ -44,22 +44,22 @@ struct LinkRecord {
   std::string source;
   std::string target;
   LinkStatus status = LinkStatus::kFailed;
-  std::string reason;                      ///< reason code; empty where accepted
+  std::string reason;  ///< reason code; empty where accepted
   std::optional<RigidTransform> coarse;
   std::optional<RigidTransform> fine;
-  std::string fine_status;                 ///< how the fine registration ended
-  int correspondences = 0;                 ///< |C1|
-  int consensus = 0;                       ///< distinct inlier keypoints of the coarse transform
-  int consensus_null = 0;                  ///< best consensus of the permuted correspondences
-  double overlap = 0.0;                    ///< 0 to 1, the smaller of both directions
+  std::string fine_status;  ///< how the fine registration ended
+  int correspondences = 0;  ///< |C1|
+  int consensus = 0;        ///< distinct inlier keypoints of the coarse transform
+  int consensus_null = 0;   ///< best consensus of the permuted correspondences
+  double overlap = 0.0;     ///< 0 to 1, the smaller of both directions
   int planes = 0;
-  double rms_m = 0.0;                      ///< point-to-plane rms over all adjusted planes
-  double weakest_sigma_m = 0.0;            ///< formal sigma of the least determined direction
-  int iterations = 0;                      ///< Levenberg-Marquardt iterations, all rounds
-  double network_weight = 0.0;             ///< 0 (removed by the pose graph) to 1
-  double network_residual_m = 0.0;         ///< link minus adjusted network
+  double rms_m = 0.0;               ///< point-to-plane rms over all adjusted planes
+  double weakest_sigma_m = 0.0;     ///< formal sigma of the least determined direction
+  int iterations = 0;               ///< Levenberg-Marquardt iterations, all rounds
+  double network_weight = 0.0;      ///< 0 (removed by the pose graph) to 1
+  double network_residual_m = 0.0;  ///< link minus adjusted network
   double network_residual_deg = 0.0;
-  std::optional<bool> loop_controlled;     ///< lies on a loop of accepted links; absent: not known
+  std::optional<bool> loop_controlled;  ///< lies on a loop of accepted links; absent: not known
 };
 
 /// One scan as it was read.
@@ -72,8 +72,8 @@ struct ScanRecord {
   std::uint64_t dropped = 0;
   std::size_t leaves = 0;
   std::size_t keypoints = 0;
-  double extent_m = 0.0;                   ///< 95th percentile of range
-  std::vector<std::string> notes;          ///< repairs, guesses, warnings
+  double extent_m = 0.0;           ///< 95th percentile of range
+  std::vector<std::string> notes;  ///< repairs, guesses, warnings
 };
 
 struct OutputRecord {
@@ -95,7 +95,7 @@ struct GateRecord {
 struct RunRecord {
   std::string project_name;
   std::string version;
-  std::string verdict;                     ///< one sentence for people
+  std::string verdict;  ///< one sentence for people
   int exit_code = 0;
   std::vector<ScanRecord> scans;
   std::vector<PoseRecord> poses;
@@ -116,9 +116,9 @@ struct ManifestRecord {
   std::string version;
   std::string git_hash;
   std::string project_path;
-  std::string options;                     ///< canonical text of the effective options
+  std::string options;  ///< canonical text of the effective options
   std::vector<std::pair<std::string, std::string>> inputs;  ///< path, fingerprint
-  std::string started_utc;                 ///< ISO 8601
+  std::string started_utc;                                  ///< ISO 8601
   double wall_s = 0.0;
   double peak_memory_mb = 0.0;
   int threads = 0;

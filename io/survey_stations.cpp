@@ -207,6 +207,7 @@ void RequireStation(const YamlValue& value, const std::string& id,
                     const std::vector<StationSpec>& stations) {
   if (id.empty() || stations.empty()) return;  // reported elsewhere
   std::vector<std::string> names;
+  names.reserve(stations.size());
   for (const StationSpec& station : stations) names.push_back(station.id);
   if (std::find(names.begin(), names.end(), id) != names.end()) return;
   const std::string nearest = NearestName(id, names);

@@ -23,6 +23,7 @@ std::vector<int> RankComponents(const std::vector<int>& component) {
     if (size[c] >= 2) rank[c] = static_cast<int>(r);
   }
   std::vector<int> ranked;
+  ranked.reserve(component.size());
   for (const int c : component) ranked.push_back(rank[static_cast<std::size_t>(c)]);
   return ranked;
 }

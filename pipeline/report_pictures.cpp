@@ -99,6 +99,7 @@ ReportPicture DrawPlan(const std::vector<PlacedVoxel>& voxels) {
 ReportPicture DrawSection(const std::vector<PlacedVoxel>& voxels, Eigen::Index normal,
                           double thickness_m) {
   std::vector<double> along;
+  along.reserve(voxels.size());
   for (const PlacedVoxel& voxel : voxels) along.push_back(voxel.position[normal]);
   const auto middle = along.begin() + static_cast<std::ptrdiff_t>(along.size() / 2);
   std::nth_element(along.begin(), middle, along.end());

@@ -12,7 +12,7 @@
 
 namespace backsight {
 
-/// The exit codes of product.md that a run can end with.
+/// The exit codes of docs/conventions.md that a run can end with.
 enum ExitCode : int {
   kComplete = 0,
   kInternalFailure = 1,

@@ -43,6 +43,7 @@ double Score(const Correspondences& c, const RigidTransform& transform, double l
     entry = std::max(entry, gain);
   }
   std::vector<double> gains;  // summed in sorted order, so that hashing does not reach the result
+  gains.reserve(best.size());
   for (const auto& [id, gain] : best) gains.push_back(gain);
   std::sort(gains.begin(), gains.end());
   double sum = 0.0;

@@ -46,6 +46,7 @@ PatchSurface MakePatches(const StationModel& model) {
 
 std::vector<Eigen::Vector3d> Positions(const std::vector<Patch>& patches) {
   std::vector<Eigen::Vector3d> positions;
+  positions.reserve(patches.size());
   for (const Patch& patch : patches) positions.push_back(patch.position);
   return positions;
 }
