@@ -9,12 +9,13 @@ namespace backsight {
 /// Radii are in voxels (multiples of the station's resolution l).
 struct FeatureOptions {
   double normal_radius = 3.0;
-  double salient_radius = 6.0;       ///< ISS: neighbourhood of the scatter matrix
-  double non_max_radius = 4.0;       ///< ISS: non-maximum suppression
-  double gamma_21 = 0.975;           ///< ISS: largest ratio of second to first eigenvalue
-  double gamma_32 = 0.975;           ///< ISS: largest ratio of third to second eigenvalue
-  int min_neighbors = 4;             ///< ISS
-  double descriptor_radius = 8.0;    ///< FPFH
+  double salient_radius = 6.0;     ///< ISS: neighbourhood of the scatter matrix
+  double non_max_radius = 4.0;     ///< ISS: non-maximum suppression, largest radius tried
+  int keypoints = 1500;            ///< ISS: fewest key points wanted (FindIssKeypoints)
+  double gamma_21 = 0.975;         ///< ISS: largest ratio of second to first eigenvalue
+  double gamma_32 = 0.975;         ///< ISS: largest ratio of third to second eigenvalue
+  int min_neighbors = 4;           ///< ISS
+  double descriptor_radius = 8.0;  ///< FPFH
 };
 void VisitOptions(OptionVisitor& visitor, FeatureOptions& options);
 

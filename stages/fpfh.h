@@ -1,0 +1,30 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/execution.h"
+#include "stages/leaf_grid.h"
+#include "stages/station_model.h"
+
+namespace backsight {
+
+/// Fast point feature histograms (Rusu 2009, doi 10.1109/ROBOT.2009.5152473) of some of the grid's
+/// points, one per key point, from the points closer than `radius_m` that have a normal.
+///
+/// SPFH(p) counts the pair features (ComputePairBins) of p with its neighbours in three blocks of
+/// 11 bins; FPFH(p) = sum over the neighbours q of SPFH(q) / |p - q|^2, each block then scaled to
+/// sum to 100. Like PCL, the weight is 1 / d^2 where Rusu has 1 / d, and p's own SPFH is not in the
+/// sum.
+///
+/// `normals` by index of the grid's points, of unit length or NaN; `keypoints` are such indices. A
+/// descriptor is NaN where its key point has no neighbour to be described by. Memory 132 bytes per
+/// point near a key point; about 5 us for each of those with 270 neighbours.
+std::vector<FpfhDescriptor> ComputeFpfh(const LeafGrid& grid,
+                                        std::span<const Eigen::Vector3f> normals,
+                                        std::span<const std::uint32_t> keypoints, double radius_m,
+                                        const ExecutionContext& context);
+
+}  // namespace backsight

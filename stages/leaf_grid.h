@@ -1,0 +1,109 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "core/execution.h"
+
+namespace backsight {
+
+/// Points sorted into cubic cells, x fastest, so that the cells of a row lie one after another. A
+/// point's position in that order is its place; coordinates are kept as columns by place. Metres,
+/// any frame whose coordinates fit float. Building takes O(n log n).
+class LeafGrid {
+ public:
+  struct Range {
+    std::uint32_t begin = 0;
+    std::uint32_t end = 0;
+  };
+
+  /// `points` must be finite; `edge_m` > 0 is the cells' edge. A radius of one to three edges is
+  /// searched best.
+  LeafGrid(std::span<const Eigen::Vector3f> points, double edge_m);
+
+  std::size_t size() const { return leaves_.size(); }
+  std::size_t cell_count() const { return cells_.size(); }
+  /// Places of the points in occupied cell `cell` < cell_count().
+  Range Cell(std::size_t cell) const { return cells_[cell].places; }
+  /// Index, in the order given, of the point at `place`.
+  std::uint32_t LeafAt(std::size_t place) const { return leaves_[place]; }
+  /// Coordinates along axis 0 to 2, by place.
+  const std::vector<float>& Axis(std::size_t axis) const { return axes_[axis]; }
+
+  /// Replaces `ranges` by places that hold every point closer than `radius_m` to any point of the
+  /// cell, and more.
+  void RangesAround(std::size_t cell, double radius_m, std::vector<Range>* ranges) const;
+
+  /// Runs body(cells) over all occupied cells in runs of neighbours, so that scratch is made once a
+  /// run. Results must go to a place of their own.
+  void ForCells(const ExecutionContext& context, const std::function<void(Range)>& body) const;
+
+ private:
+  struct OccupiedCell {
+    Range places;
+    int x = 0;
+    std::array<float, 3> min{};  // bounds of the cell's points
+    std::array<float, 3> max{};
+  };
+  struct Row {
+    int y = 0;
+    int z = 0;
+    Range cells;
+  };
+  int CellIndex(double coordinate, std::size_t axis) const;
+  double RowGap(int index, std::size_t axis, const OccupiedCell& cell) const;
+  void AppendRow(const Row& row, const OccupiedCell& cell, double reach_m,
+                 std::vector<Range>* ranges) const;
+
+  double edge_m_ = 1.0;
+  double cells_per_m_ = 1.0;
+  std::array<double, 3> origin_{};
+  std::vector<std::uint32_t> leaves_;
+  std::array<std::vector<float>, 3> axes_;
+  std::vector<OccupiedCell> cells_;
+  std::vector<Row> rows_;  // by z, then y
+};
+
+/// Exact neighbourhoods of fixed radius for all points of one cell after another: the candidates
+/// around the cell are gathered once. Not thread-safe; make one per thread or task.
+class BallSearch {
+ public:
+  BallSearch(const LeafGrid& grid, double radius_m);
+
+  /// Gathers the candidates for the points of `cell`.
+  void EnterCell(std::size_t cell);
+
+  std::size_t candidate_count() const { return axes_[0].size(); }
+  /// The candidates' coordinates along axis 0 to 2.
+  const float* Axis(std::size_t axis) const { return axes_[axis].data(); }
+  /// The candidates' values of a column by place.
+  template <class T>
+  void Gather(const std::vector<T>& column, std::vector<T>* values) const {
+    values->clear();
+    for (const LeafGrid::Range& range : ranges_) {
+      values->insert(values->end(), column.begin() + range.begin, column.begin() + range.end);
+    }
+  }
+
+  /// Squared distances of all candidates from the point at `place` of the cell, in float.
+  std::span<const float> SquaredDistances(std::size_t place);
+  /// The candidates closer than the radius to the point at `place`, itself among them, as indices
+  /// into the candidates. Their squared distances are those of SquaredDistances(place), which this
+  /// calls.
+  std::span<const std::uint32_t> Around(std::size_t place);
+
+ private:
+  const LeafGrid& grid_;
+  double radius_m_;
+  float squared_radius_;
+  std::vector<LeafGrid::Range> ranges_;
+  std::array<std::vector<float>, 3> axes_;
+  std::vector<float> squared_;
+  std::vector<std::uint32_t> found_;
+};
+
+}  // namespace backsight

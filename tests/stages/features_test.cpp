@@ -1,0 +1,274 @@
+#include "stages/features.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "core/random.h"
+#include "stages/fpfh.h"
+#include "stages/leaf_grid.h"
+#include "stages/normals.h"
+#include "tests/support/feature_scene.h"
+#include "tests/support/pcl_features.h"
+
+namespace backsight {
+namespace {
+
+using ::testing::IsEmpty;
+
+constexpr double kResolution = 0.1;
+
+IssParameters PlainIss() {
+  return {.salient_radius_m = 6.0 * kResolution, .non_max_radius_m = 4.0 * kResolution};
+}
+
+class FeaturesOfYard : public ::testing::TestWithParam<std::uint64_t> {
+ protected:
+  StationModel model_ = MakeYardStation(GetParam(), 0.25);
+  std::vector<Eigen::Vector3f> points_ = LeafPositions(model_);
+  LeafGrid grid_{points_, 3.0 * kResolution};
+  ExecutionContext context_{4};
+};
+
+std::vector<std::uint32_t> BruteForce(std::span<const Eigen::Vector3f> points, std::uint32_t query,
+                                      double radius_m) {
+  const auto squared_radius = static_cast<float>(radius_m * radius_m);
+  std::vector<std::uint32_t> found;
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector3f d = points[i] - points[query];
+    if (d.x() * d.x() + d.y() * d.y() + d.z() * d.z() < squared_radius) found.push_back(i);
+  }
+  return found;
+}
+
+void ExpectExactNeighborhoods(std::span<const Eigen::Vector3f> points, double edge_m,
+                              double radius_m) {
+  const LeafGrid grid(points, edge_m);
+  std::vector<std::uint32_t> leaves;
+  for (std::uint32_t place = 0; place < grid.size(); ++place) {
+    leaves.push_back(grid.LeafAt(place));
+  }
+  BallSearch search(grid, radius_m);
+  std::vector<std::uint32_t> candidates;
+  std::size_t visited = 0;
+  for (std::size_t cell = 0; cell < grid.cell_count(); ++cell) {
+    search.EnterCell(cell);
+    search.Gather(leaves, &candidates);
+    for (std::uint32_t place = grid.Cell(cell).begin; place < grid.Cell(cell).end; ++place) {
+      std::vector<std::uint32_t> found;
+      for (const std::uint32_t j : search.Around(place)) found.push_back(candidates[j]);
+      std::sort(found.begin(), found.end());
+      ASSERT_EQ(found, BruteForce(points, grid.LeafAt(place), radius_m));
+      ++visited;
+    }
+  }
+  EXPECT_EQ(visited, points.size());
+}
+
+TEST(LeafGrid, NeighborhoodsEqualBruteForce) {
+  Random random(11);
+  for (int round = 0; round < 4; ++round) {
+    std::vector<Eigen::Vector3f> points;
+    for (int i = 0; i < 700; ++i) {
+      points.emplace_back(random.Uniform(-3.0, 3.0), random.Uniform(-2.0, 2.0),
+                          random.Uniform(-0.5, 0.5));
+    }
+    points.push_back(points.front());             // two in one place
+    points.emplace_back(900.0F, -900.0F, 80.0F);  // far from all others
+    for (const double radius_m : {0.05, 0.3, 0.31, 1.1}) {
+      ExpectExactNeighborhoods(points, 0.3, radius_m);
+    }
+  }
+}
+
+TEST(LeafGrid, NeighborhoodsOfALatticeEqualBruteForce) {
+  std::vector<Eigen::Vector3f> points;  // distances of exactly the radius are common here
+  for (int x = -6; x < 6; ++x) {
+    for (int y = -6; y < 6; ++y) {
+      for (int z = -1; z < 2; ++z) points.emplace_back(0.25 * x, 0.25 * y, 0.25 * z);
+    }
+  }
+  for (const double radius_m : {0.25, 0.5, 0.75}) ExpectExactNeighborhoods(points, 0.25, radius_m);
+}
+
+TEST_P(FeaturesOfYard, NormalsEqualPclUpToSign) {
+  const auto normals = EstimateNormals(grid_, 3.0 * kResolution, context_);
+  const auto expected = PclNormals(points_, 3.0 * kResolution);
+  ASSERT_EQ(normals.size(), expected.size());
+  std::size_t compared = 0;
+  std::size_t different = 0;
+  for (std::uint32_t i = 0; i < normals.size(); ++i) {
+    ASSERT_EQ(normals[i].allFinite(), expected[i].allFinite());
+    if (!normals[i].allFinite()) continue;
+    EXPECT_NEAR(normals[i].norm(), 1.0F, 1e-5F);
+    // PCL works in float, which tells nothing where the two smallest eigenvalues are close.
+    PointCluster cluster;
+    for (const std::uint32_t j : BruteForce(points_, i, 3.0 * kResolution)) {
+      cluster += {1.0, points_[j].cast<double>(), Eigen::Matrix3d::Zero()};
+    }
+    const Eigen::Vector3d e =
+        Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(cluster.scatter).eigenvalues();
+    if (e[1] - e[0] < 0.02 * e[2]) continue;
+    ++compared;
+    if (normals[i].cross(expected[i]).norm() > 1e-3F) ++different;
+  }
+  EXPECT_GT(compared, normals.size() * 9 / 10);
+  EXPECT_EQ(different, 0U);
+}
+
+TEST_P(FeaturesOfYard, KeypointsEqualPcl) {
+  for (const double radius : {4.0, 3.0, 1.5}) {
+    for (const int min_neighbors : {4, 12}) {
+      IssParameters parameters = PlainIss();
+      parameters.non_max_radius_m = radius * kResolution;
+      parameters.min_neighbors = min_neighbors;
+      const auto expected = PclIssKeypoints(points_, parameters);
+      EXPECT_TRUE(!expected.empty() || min_neighbors > 4);
+      EXPECT_EQ(FindIssKeypoints(grid_, parameters, context_), expected);
+    }
+  }
+}
+
+TEST_P(FeaturesOfYard, DescriptorsEqualPcl) {
+  auto normals = EstimateNormals(grid_, 3.0 * kResolution, context_);
+  for (std::size_t i = 0; i < normals.size(); i += 17) {
+    normals[i].setConstant(std::numeric_limits<float>::quiet_NaN());  // leaves without one
+  }
+  const auto keypoints = FindIssKeypoints(grid_, PlainIss(), context_);
+  const auto ours = ComputeFpfh(grid_, normals, keypoints, 8.0 * kResolution, context_);
+  const auto expected = PclFpfh(points_, normals, keypoints, 8.0 * kResolution);
+  ASSERT_EQ(ours.size(), expected.size());
+  EXPECT_LT(MedianRelativeDifference(ours, expected), 1e-3);
+}
+
+TEST_P(FeaturesOfYard, BlocksOfDescriptorsSumTo100) {
+  const StationFeatures features = ComputeFeatures(model_, {}, context_);
+  ASSERT_EQ(features.keypoints.size(), features.descriptors.size());
+  ASSERT_FALSE(features.keypoints.empty());
+  EXPECT_TRUE(std::is_sorted(features.keypoints.begin(), features.keypoints.end()));
+  for (const FpfhDescriptor& descriptor : features.descriptors) {
+    for (std::size_t block = 0; block < 3; ++block) {
+      float sum = 0.0F;
+      for (std::size_t bin = 0; bin < 11; ++bin) sum += descriptor[11 * block + bin];
+      EXPECT_NEAR(sum, 100.0F, 1e-3F);
+    }
+  }
+}
+
+TEST_P(FeaturesOfYard, SuppressionAdaptsToTheWantedNumber) {
+  std::vector<std::vector<std::uint32_t>> tries;
+  for (const double share : {1.0, 0.75, 0.5, 0.375}) {
+    IssParameters parameters = PlainIss();
+    parameters.non_max_radius_m *= share;
+    tries.push_back(FindIssKeypoints(grid_, parameters, context_));
+  }
+  ASSERT_LT(tries[0].size(), tries[1].size());
+  ASSERT_LT(tries[1].size(), tries[2].size());
+  ASSERT_LT(tries[2].size(), tries[3].size());
+  IssParameters parameters = PlainIss();
+  for (std::size_t t = 0; t < tries.size(); ++t) {
+    parameters.keypoints = static_cast<int>(tries[t].size());
+    EXPECT_EQ(FindIssKeypoints(grid_, parameters, context_), tries[t]);
+    ++parameters.keypoints;  // one more than this radius gives
+    EXPECT_EQ(FindIssKeypoints(grid_, parameters, context_),
+              tries[std::min(t + 1, tries.size() - 1)]);
+  }
+}
+
+TEST_P(FeaturesOfYard, DoNotDependOnTheNumberOfThreads) {
+  // The narrowest living context limits all; that of one thread must be gone before the other runs.
+  const StationFeatures one = ComputeFeatures(model_, {}, ExecutionContext(1));
+  ASSERT_EQ(context_.threads(), 4);
+  const StationFeatures four = ComputeFeatures(model_, {}, context_);
+  const auto same_bytes = [](const auto& a, const auto& b) {
+    return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(a[0])) == 0;
+  };
+  EXPECT_TRUE(same_bytes(one.normals, four.normals));
+  EXPECT_TRUE(same_bytes(one.keypoints, four.keypoints));
+  EXPECT_TRUE(same_bytes(one.descriptors, four.descriptors));
+  EXPECT_EQ(one.scanner_credible, four.scanner_credible);
+}
+
+/// Moves the voxels' means as they are, so that index i is the same piece of surface.
+StationModel Moved(StationModel model, const Eigen::Matrix3d& rotation,
+                   const Eigen::Vector3d& translation) {
+  for (VoxelLeaf& leaf : model.leaves) {
+    leaf.cluster = Transformed(rotation, translation, leaf.cluster);
+  }
+  return model;
+}
+
+TEST_P(FeaturesOfYard, DoNotDependOnRotation) {
+  Random random(GetParam());
+  const StationFeatures before = ComputeFeatures(model_, {}, context_);
+  const StationFeatures after =
+      ComputeFeatures(Moved(model_, random.Rotation(), Eigen::Vector3d::Zero()), {}, context_);
+  std::vector<FpfhDescriptor> a, b;
+  std::size_t j = 0;
+  for (std::size_t i = 0; i < before.keypoints.size(); ++i) {
+    while (j < after.keypoints.size() && after.keypoints[j] < before.keypoints[i]) ++j;
+    if (j == after.keypoints.size() || after.keypoints[j] != before.keypoints[i]) continue;
+    a.push_back(before.descriptors[i]);
+    b.push_back(after.descriptors[j]);
+  }
+  EXPECT_GT(a.size(), before.keypoints.size() * 98 / 100);
+  EXPECT_LT(MedianRelativeDifference(a, b), 5e-3);
+}
+
+TEST_P(FeaturesOfYard, KnowAScanThatIsNotInItsScannersFrame) {
+  const StationFeatures before = ComputeFeatures(model_, {}, context_);
+  const StationFeatures after =
+      ComputeFeatures(Moved(model_, Eigen::Matrix3d::Identity(), {40.0, 25.0, 0.0}), {}, context_);
+  EXPECT_TRUE(before.scanner_credible);
+  EXPECT_FALSE(after.scanner_credible);
+  std::size_t alike = 0;
+  std::size_t defined = 0;
+  for (std::size_t i = 0; i < before.normals.size(); ++i) {
+    if (!before.normals[i].allFinite() || !after.normals[i].allFinite()) continue;
+    ++defined;
+    if (before.normals[i].dot(after.normals[i]) > 0.0F) ++alike;
+  }
+  EXPECT_GT(alike, defined * 8 / 10);
+}
+
+INSTANTIATE_TEST_SUITE_P(Seeds, FeaturesOfYard, ::testing::Values(1, 2, 3));
+
+TEST(Features, OfNothingAreNone) {
+  const StationFeatures features =
+      ComputeFeatures(MakeStation({}, kResolution), {}, ExecutionContext(1));
+  EXPECT_THAT(features.normals, IsEmpty());
+  EXPECT_THAT(features.keypoints, IsEmpty());
+  EXPECT_THAT(features.descriptors, IsEmpty());
+}
+
+TEST(Features, OfPointsWithoutNeighborsAreNoKeypoints) {
+  std::vector<Eigen::Vector3d> points = {{2.0, 0.0, 0.0}};
+  for (const int more : {0, 1, 30}) {
+    for (int i = 0; i < more; ++i) points.emplace_back(3.0 + 2.0 * i, 5.0, 0.3 * i);
+    const auto model = MakeStation(points, kResolution);
+    const StationFeatures features = ComputeFeatures(model, {}, ExecutionContext(1));
+    ASSERT_EQ(features.normals.size(), model.leaves.size());
+    for (const Eigen::Vector3f& normal : features.normals) EXPECT_TRUE(normal.hasNaN());
+    EXPECT_THAT(features.keypoints, IsEmpty());
+    EXPECT_THAT(features.descriptors, IsEmpty());
+  }
+}
+
+TEST(Features, DescriptorWithoutNeighborsIsNaN) {
+  const std::vector<Eigen::Vector3f> points = {{0, 0, 0}, {5, 0, 0}, {5.1F, 0, 0}};
+  const std::vector<Eigen::Vector3f> normals(3, Eigen::Vector3f::UnitZ());
+  const LeafGrid grid(points, 0.3);
+  const std::vector<std::uint32_t> keypoints = {0, 1};
+  const auto descriptors = ComputeFpfh(grid, normals, keypoints, 0.8, ExecutionContext(1));
+  EXPECT_TRUE(std::all_of(descriptors[0].begin(), descriptors[0].end(),
+                          [](float value) { return std::isnan(value); }));
+  for (const std::size_t middle : {5U, 16U, 27U}) EXPECT_EQ(descriptors[1][middle], 100.0F);
+}
+
+}  // namespace
+}  // namespace backsight
