@@ -37,8 +37,11 @@ void RegisterUnguarded(const Station& source, const Station& target, const Surve
   pair->coarse = RegisterCoarse(coarse_input, options.coarse, context);
 
   if (pair->coarse.status == CoarseResult::Status::kRegistered) {
-    FineInput fine_input{
-        source.model, target.model, pair->coarse.target_from_source, pair->coarse.information, {}};
+    FineInput fine_input{{source.model, source.features.normals},
+                         {target.model, target.features.normals},
+                         pair->coarse.target_from_source,
+                         pair->coarse.information,
+                         {}};
     for (const std::uint32_t row : pair->coarse.inliers) {
       fine_input.structure_points.push_back(coarse_input.correspondences.target[row]);
     }

@@ -27,7 +27,8 @@ std::vector<PointCluster> NearStructures(std::vector<PointCluster> clusters,
   for (const Eigen::Vector3d& point : structure_points) {
     const Eigen::Vector3i cell = lattice.Cell(point);
     for (int i = 0; i < 27; ++i) {
-      active.push_back(VoxelLattice::Pack(cell + Eigen::Vector3i(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1)));
+      active.push_back(
+          VoxelLattice::Pack(cell + Eigen::Vector3i(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1)));
     }
   }
   std::sort(active.begin(), active.end());
@@ -81,8 +82,9 @@ double Rms(std::span<const WeightedPlane> planes, std::span<const RigidTransform
 
 /// The least determined direction, rotations measured by the shift they cause at the planes' rms
 /// distance from their centre (algorithms note 6.7).
-void JudgeDegeneracy(std::span<const WeightedPlane> planes, const RigidTransform& target_from_source,
-                     const Matrix6d& information, FineResult* result) {
+void JudgeDegeneracy(std::span<const WeightedPlane> planes,
+                     const RigidTransform& target_from_source, const Matrix6d& information,
+                     FineResult* result) {
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
   for (const WeightedPlane& plane : planes) center += plane.observations.back().cluster.mean;
   center = target_from_source * Eigen::Vector3d(center / static_cast<double>(planes.size()));
@@ -124,13 +126,15 @@ void VisitOptions(OptionVisitor& visitor, FineOptions& options) {
                "cap on the weight of one station's part of a plane, in points");
   visitor.Integer("anderson_window", options.anderson_window, "1", 0, 20,
                   "history of the Anderson acceleration; 0 switches it off");
+  visitor.Flag("surfaces", options.surfaces,
+               "let curved and small surfaces, which no plane covers, take part at the end");
 }
 
 FineResult RefinePair(const FineInput& input, const FineOptions& options,
                       const ExecutionContext& context) {
-  const double l = input.target.resolution_m();
-  std::vector<PointCluster> target_clusters = Clusters(input.target);
-  std::vector<PointCluster> source_clusters = Clusters(input.source);
+  const double l = input.target.model.resolution_m();
+  std::vector<PointCluster> target_clusters = Clusters(input.target.model);
+  std::vector<PointCluster> source_clusters = Clusters(input.source.model);
   if (options.activation == 1) {
     const double radius_m = options.micro_radius * l;
     target_clusters =
@@ -171,9 +175,17 @@ FineResult RefinePair(const FineInput& input, const FineOptions& options,
     result.anderson_accepted += adjusted.anderson_accepted;
   }
 
-  const RigidTransform& refined = poses[1];
+  result.rms_m = Rms(planes, poses);
+  RigidTransform refined = poses[1];
+  const Matrix6d information = adjusted.information.bottomRightCorner<6, 6>();
+  if (options.surfaces) {
+    refined = RefineOnSurfaces(input.source, input.target, refined, information,
+                               std::max(0.5 * result.rms_m, 0.001))
+                  .target_from_source;
+  }
   const double shift =
-      (refined * Eigen::Vector3d::Zero() - input.target_from_source * Eigen::Vector3d::Zero()).norm();
+      (refined * Eigen::Vector3d::Zero() - input.target_from_source * Eigen::Vector3d::Zero())
+          .norm();
   constexpr double kLargestTurn = 0.175;
   if (!refined.IsValid() || shift > 5.0 * l ||
       RotationAngle(refined.rotation, input.target_from_source.rotation) > kLargestTurn) {
@@ -181,8 +193,7 @@ FineResult RefinePair(const FineInput& input, const FineOptions& options,
     return result;
   }
   result.target_from_source = refined;
-  result.information = adjusted.information.bottomRightCorner<6, 6>();
-  result.rms_m = Rms(planes, poses);
+  result.information = information;
   JudgeDegeneracy(planes, refined, result.information - input.information, &result);
   constexpr double kWeakSigma = 0.005;
   result.status = result.weakest_sigma_m > kWeakSigma ? FineResult::Status::kWeak

@@ -6,51 +6,53 @@
 #include "core/option_visitor.h"
 #include "core/rigid_transform.h"
 #include "stages/station_model.h"
+#include "stages/surface_refinement.h"
 
 namespace backsight {
 
 struct FineOptions {
-  int activation = 0;            ///< 0 overlap, 1 micro
-  double root_edge = 8.0;        ///< lattice cells the plane search starts from, voxels
-  double micro_radius = 5.0;     ///< micro: cells within this distance of C3, voxels
-  int rounds = 3;                ///< associations, each with half the tolerances of the last
+  int activation = 0;         ///< 0 overlap, 1 micro
+  double root_edge = 8.0;     ///< lattice cells the plane search starts from, voxels
+  double micro_radius = 5.0;  ///< micro: cells within this distance of C3, voxels
+  int rounds = 3;             ///< associations, each with half the tolerances of the last
   double max_thickness_m = 0.03;
   double max_thinness = 0.0625;
   int min_planes = 8;
   double effective_points = 50.0;  ///< cap on a cluster's weight
   int anderson_window = 5;
+  bool surfaces = true;  ///< let surfaces that no plane covers take part at the end
 };
 void VisitOptions(OptionVisitor& visitor, FineOptions& options);
 
 struct FineResult {
   enum class Status {
-    kRefined,        ///< planes determine all six degrees of freedom
-    kWeak,           ///< refined; the weakest direction is held by the coarse result
-    kTooFewPlanes,   ///< not refined: coarse transform returned
-    kDiverged,       ///< left the coarse result by more than it can be wrong: coarse returned
+    kRefined,       ///< planes determine all six degrees of freedom
+    kWeak,          ///< refined; the weakest direction is held by the coarse result
+    kTooFewPlanes,  ///< not refined: coarse transform returned
+    kDiverged,      ///< left the coarse result by more than it can be wrong: coarse returned
   };
   Status status = Status::kTooFewPlanes;
   RigidTransform target_from_source;        ///< T_f
   Matrix6d information = Matrix6d::Zero();  ///< Retract's convention
   int planes = 0;
-  double rms_m = 0.0;                       ///< point to plane, over all adjusted planes
-  double weakest_sigma_m = 0.0;             ///< of the least determined direction, balanced units
+  double rms_m = 0.0;            ///< point to plane, over all adjusted planes
+  double weakest_sigma_m = 0.0;  ///< of the least determined direction, balanced units
   Vector6d weakest_direction = Vector6d::Zero();  ///< unit, rotation scaled by the lever arm
   int iterations = 0;
   int anderson_accepted = 0;
 };
 
 struct FineInput {
-  const StationModel& source;
-  const StationModel& target;
-  RigidTransform target_from_source;                ///< T_c
-  Matrix6d information = Matrix6d::Zero();          ///< of T_c
-  std::vector<Eigen::Vector3d> structure_points;    ///< target points of C3, for activation micro
+  Surface source;
+  Surface target;
+  RigidTransform target_from_source;              ///< T_c
+  Matrix6d information = Matrix6d::Zero();        ///< of T_c
+  std::vector<Eigen::Vector3d> structure_points;  ///< target points of C3, for activation micro
 };
 
 /// Planar adjustment of one pair (paper section III-E on voxel clusters): finds planes seen by both
-/// stations, adjusts, and associates anew. Instrument frames. Never NaN: too few planes leave the
-/// coarse transform and say so.
+/// stations, adjusts, associates anew, and lets all surfaces take part at last. Instrument frames.
+/// Never NaN: too few planes leave the coarse transform and say so.
 FineResult RefinePair(const FineInput& input, const FineOptions& options,
                       const ExecutionContext& context);
 

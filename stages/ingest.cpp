@@ -123,7 +123,8 @@ IngestResult IngestScan(const std::string& station_id, ScanReader& reader,
     result.model.scanner_origin = center.array().round();
     result.notes.push_back(
         fmt::format("the cloud's centre is {:.0f} m from (0, 0, 0), so the scan is not in its "
-                    "scanner's frame; give scanner_origin_m if you know it", center.norm()));
+                    "scanner's frame; give scanner_origin_m if you know it",
+                    center.norm()));
   }
   MoveToInstrument(options.range_image_deg, &result.model);
   return result;

@@ -16,7 +16,8 @@ namespace backsight {
 struct MergeStation {
   int number = 1;  ///< Point Source ID, 1..65535
   RigidTransform survey_from_station;
-  Eigen::Vector3d range_origin = Eigen::Vector3d::Zero();  ///< ranges count from here, station frame
+  Eigen::Vector3d range_origin =
+      Eigen::Vector3d::Zero();                    ///< ranges count from here, station frame
   Eigen::Vector3d min = Eigen::Vector3d::Zero();  ///< bounds of the points used, station frame
   Eigen::Vector3d max = Eigen::Vector3d::Zero();
   double min_range_m = 0.0;  ///< the range limits of the ingest hold here too

@@ -9,8 +9,8 @@ namespace backsight {
 namespace {
 
 constexpr double kMedianOfChiSquared6 = 5.348;
-/// Squared error beyond which a link is taken as false. Well above chi^2's 99 % (16.81), because real
-/// errors have longer tails than normal ones, and far below that of any false link.
+/// Squared error beyond which a link is taken as false. Well above chi^2's 99 % (16.81), because
+/// real errors have longer tails than normal ones, and far below that of any false link.
 constexpr double kGrossError = 100.0;
 
 /// Covariance of a link: what the registration claims, held above the systematic floor.
@@ -97,12 +97,14 @@ NetworkResult SolveNetwork(int stations, std::span<const NetworkLink> links,
     // The least-squares fit spreads gross errors over all links; one robust pass takes them out
     // before the scale is judged for good.
     for (const bool robust : {false, options.robust}) {
-      const PoseGraphResult trial = SolvePoseGraph(stations, weighted, {.robust = robust, .outlier_quantile = kGrossError});
+      const PoseGraphResult trial =
+          SolvePoseGraph(stations, weighted, {.robust = robust, .outlier_quantile = kGrossError});
       variance_factor *= EstimateVarianceFactor(weighted, trial);
       weighted = MakeLinks(links, options, variance_factor);
     }
   }
-  result.poses = SolvePoseGraph(stations, weighted, {.robust = options.robust, .outlier_quantile = kGrossError});
+  result.poses = SolvePoseGraph(stations, weighted,
+                                {.robust = options.robust, .outlier_quantile = kGrossError});
   result.sigma_factor = std::sqrt(variance_factor);
   result.redundancy = Redundancy(result.poses);
   result.loop_controlled = FindLoopControl(stations, weighted, result.poses.weights);

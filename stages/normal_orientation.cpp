@@ -11,8 +11,8 @@
 namespace backsight {
 namespace {
 
-constexpr double kPatchEdge = 3.0;    // voxels
-constexpr double kPatchReach = 6.0;   // voxels; patches within this are neighbours
+constexpr double kPatchEdge = 3.0;   // voxels
+constexpr double kPatchReach = 6.0;  // voxels; patches within this are neighbours
 constexpr double kCredible = 0.75;
 
 /// A coarse piece of surface with an orientable normal.
@@ -60,12 +60,11 @@ void EstimateNormals(const NeighborSearch& search, double reach_m, std::vector<P
     if (neighbors.size() < kFewest) continue;
     for (const auto& neighbor : neighbors) {
       const Patch& other = (*patches)[neighbor.index];
-      cluster += PointCluster{static_cast<double>(other.leaves), other.position,
-                              Eigen::Matrix3d::Zero()};
+      cluster +=
+          PointCluster{static_cast<double>(other.leaves), other.position, Eigen::Matrix3d::Zero()};
     }
-    patch.normal = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(cluster.scatter)
-                       .eigenvectors()
-                       .col(0);
+    patch.normal =
+        Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(cluster.scatter).eigenvectors().col(0);
   }
 }
 

@@ -39,10 +39,10 @@ using FpfhDescriptor = std::array<float, 33>;
 
 /// Local geometry of a station's leaves; index i is leaf i.
 struct StationFeatures {
-  std::vector<Eigen::Vector3f> normals;       ///< unit, towards the scanner; NaN where undefined
-  std::vector<std::uint32_t> keypoints;       ///< leaf indices, ascending
-  std::vector<FpfhDescriptor> descriptors;    ///< one per key point
-  bool scanner_credible = true;               ///< false: the scan is not in its scanner's frame
+  std::vector<Eigen::Vector3f> normals;     ///< unit, towards the scanner; NaN where undefined
+  std::vector<std::uint32_t> keypoints;     ///< leaf indices, ascending
+  std::vector<FpfhDescriptor> descriptors;  ///< one per key point
+  bool scanner_credible = true;             ///< false: the scan is not in its scanner's frame
 };
 
 }  // namespace backsight
