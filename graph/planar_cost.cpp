@@ -60,8 +60,8 @@ Matrix6d HeldPlaneMatrix(const PointCluster& part, const Eigen::Vector3d& u,
   return shift.transpose() * local * shift;
 }
 
-/// Adds one plane. Symbols as in the algorithms note 6.4, with the joint centroid as origin, where
-/// D_j is the second moment and e_j = v_j.
+/// Adds one plane. Symbols as in docs/stages/fine_registration.md, with the joint centroid as
+/// origin.
 void AddPlane(const WeightedPlane& plane, std::span<const RigidTransform> poses,
               NormalEquations* system) {
   const PlaneState state = Evaluate(plane, poses);

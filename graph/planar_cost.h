@@ -41,7 +41,7 @@ std::vector<double> PlaneThicknesses(std::span<const WeightedPlane> planes,
 double PlanarCost(std::span<const WeightedPlane> planes, std::span<const PosePrior> priors,
                   std::span<const RigidTransform> poses);
 
-/// Cost, gradient and Gauss-Newton matrix (derivation: algorithms note 6.4, after BALM2's
+/// Cost, gradient and Gauss-Newton matrix (docs/stages/fine_registration.md, after BALM2's
 /// elimination of plane parameters, doi 10.1109/TRO.2023.3335670).
 NormalEquations AssembleNormalEquations(std::span<const WeightedPlane> planes,
                                         std::span<const PosePrior> priors,

@@ -20,9 +20,9 @@ struct PlaneAssociation {
   std::vector<PlaneObservation> observations;  ///< ascending station
 };
 
-/// Adaptive octree plane search on clusters (algorithms note 6.3; the paper leaves its details
-/// open). A lattice cell is split until what each station has in it is one thin plane and the
-/// stations agree on it.
+/// Adaptive octree plane search on clusters (docs/stages/fine_registration.md; the paper leaves its
+/// details open). A lattice cell is split until what each station has in it is one thin plane and
+/// the stations agree on it.
 struct PlaneSearchOptions {
   double root_edge_m = 0.8;        ///< edge of the lattice cells the search starts from
   int max_depth = 3;               ///< how often a cell may be split

@@ -36,7 +36,7 @@ struct PoseGraphResult {
 
 /// Residual of a link, whitened by nothing: [Log(R Rm^T); t - Exp(phi) tm] with R, t the relative
 /// pose from the stations. It is LocalDifference(relative, measured), so that the information
-/// matrix of a planar adjustment applies as it is (algorithms note 8.2).
+/// matrix of a planar adjustment applies as it is (docs/stages/network_solution.md).
 Vector6d LinkResidual(const PoseGraphLink& link, const RigidTransform& survey_from_source,
                       const RigidTransform& survey_from_target);
 

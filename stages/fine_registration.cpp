@@ -81,7 +81,7 @@ double Rms(std::span<const WeightedPlane> planes, std::span<const RigidTransform
 }
 
 /// The least determined direction, rotations measured by the shift they cause at the planes' rms
-/// distance from their centre (algorithms note 6.7).
+/// distance from their centre (docs/stages/fine_registration.md).
 void JudgeDegeneracy(std::span<const WeightedPlane> planes,
                      const RigidTransform& target_from_source, const Matrix6d& information,
                      FineResult* result) {
