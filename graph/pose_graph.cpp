@@ -4,6 +4,7 @@
 #include <ceres/rotation.h>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -18,13 +19,21 @@ struct PoseBlock {
   Eigen::Vector3d translation;
 };
 
+/// A root with root^T root = information, also where that is singular (a corridor's link does not
+/// know the direction along it), which a Cholesky factor would spoil.
+Matrix6d SquareRoot(const Matrix6d& information) {
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> solver(information);
+  const Vector6d roots = solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+  return roots.asDiagonal() * solver.eigenvectors().transpose();
+}
+
 /// LinkResidual times the square root of the information, for automatic differentiation.
 class LinkCost {
  public:
   explicit LinkCost(const PoseGraphLink& link)
       : measured_rotation_(link.target_from_source.rotation),
         measured_translation_(link.target_from_source.translation),
-        root_(Eigen::LLT<Matrix6d>(link.information).matrixU()) {}
+        root_(SquareRoot(link.information)) {}
 
   template <typename T>
   bool operator()(const T* source_rotation, const T* source_translation, const T* target_rotation,
