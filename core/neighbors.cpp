@@ -20,6 +20,16 @@ struct NeighborSearch::Tree {
     return false;
   }
 
+  /// All closer than the root of `squared_m2`, in no order.
+  std::vector<Neighbor> Closer(const Eigen::Vector3d& query, double squared_m2) const {
+    std::vector<std::pair<std::uint32_t, double>> found;
+    index.radiusSearch(query.data(), squared_m2, found, nanoflann::SearchParams(0, 0.0F, false));
+    std::vector<Neighbor> result;
+    result.reserve(found.size());
+    for (const auto& [i, squared] : found) result.push_back({i, std::sqrt(squared)});
+    return result;
+  }
+
   using Index = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Tree>,
                                                     Tree, 3, std::uint32_t>;
   std::vector<Eigen::Vector3d> points;
@@ -43,25 +53,28 @@ NeighborSearch& NeighborSearch::operator=(NeighborSearch&&) noexcept = default;
 std::vector<NeighborSearch::Neighbor> NeighborSearch::Nearest(const Eigen::Vector3d& query,
                                                               std::size_t k) const {
   k = std::min(k, size());
-  std::vector<std::uint32_t> indices(k);
-  std::vector<double> squared(k);
-  if (k > 0) tree_->index.knnSearch(query.data(), k, indices.data(), squared.data());
-  std::vector<Neighbor> result(k);
-  for (std::size_t i = 0; i < k; ++i) result[i] = {indices[i], std::sqrt(squared[i])};
+  if (k == 0) return {};
+  // One more than asked for tells whether a tie is cut at the k-th place; which of the tied points
+  // nanoflann returns depends on its tree, so then all of them are fetched.
+  const std::size_t wanted = std::min(k + 1, size());
+  std::vector<std::uint32_t> indices(wanted);
+  std::vector<double> squared(wanted);
+  tree_->index.knnSearch(query.data(), wanted, indices.data(), squared.data());
+  std::vector<Neighbor> result;
+  if (wanted > k && squared[k] == squared[k - 1]) {
+    result = tree_->Closer(query, std::nextafter(squared[k], HUGE_VAL));
+  } else {
+    for (std::size_t i = 0; i < k; ++i) result.push_back({indices[i], std::sqrt(squared[i])});
+  }
   std::sort(result.begin(), result.end(), Before);
+  result.resize(k);
   return result;
 }
 
 std::vector<NeighborSearch::Neighbor> NeighborSearch::Within(const Eigen::Vector3d& query,
                                                              double radius_m) const {
-  std::vector<std::pair<std::uint32_t, double>> found;
-  if (size() > 0) {
-    tree_->index.radiusSearch(query.data(), radius_m * radius_m, found,
-                              nanoflann::SearchParams(0, 0.0F, false));
-  }
-  std::vector<Neighbor> result;
-  result.reserve(found.size());
-  for (const auto& [index, squared] : found) result.push_back({index, std::sqrt(squared)});
+  if (size() == 0) return {};
+  std::vector<Neighbor> result = tree_->Closer(query, radius_m * radius_m);
   std::sort(result.begin(), result.end(), Before);
   return result;
 }

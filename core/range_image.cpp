@@ -34,7 +34,7 @@ double RangeImage::Coverage() const {
       if (pixels_[index].max_m > 0.0F) seen += solid_angle;
     }
   }
-  return seen / all;
+  return all > 0.0 ? seen / all : 0.0;
 }
 
 std::size_t RangeImage::Index(const Eigen::Vector3d& point) const {

@@ -65,7 +65,8 @@ GncWelschResult EstimateGncWelsch(const Correspondences& c, const RigidTransform
   result.status = GncWelschResult::Status::kMaxIterations;
   for (int it = 0; it < options.max_iterations; ++it) {
     if (it > 0 && it % 2 == 0) sigma = std::max(sigma_min, sigma * ratio);
-    if (!adapted && sigma <= l) {
+    // With a margin: whether the geometric steps end at l or just above it is a matter of rounding.
+    if (!adapted && sigma <= (1.0 + 1e-9) * l) {
       sigma_min = std::clamp(2.0 * MedianSd(squared, 3.0 * l), 0.5 * l, 1.5 * l);
       adapted = true;
       sigma = std::max(sigma, sigma_min);

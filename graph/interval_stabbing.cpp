@@ -38,9 +38,9 @@ std::vector<Event> MakeEvents(std::span<const AngleInterval> intervals, std::siz
       continue;
     }
     const double begin = interval.begin - kTurn * std::floor(interval.begin / kTurn);
-    if (begin + width <= kTurn) {
+    if (begin + width < kTurn) {
       add(begin, begin + width, slot);
-    } else {  // wraps: cut at the full turn
+    } else {  // wraps, or touches what begins at 0: cut at the full turn
       add(begin, kTurn, slot);
       add(0.0, begin + width - kTurn, slot);
     }
@@ -59,18 +59,36 @@ StabbingResult StabIntervals(std::span<const AngleInterval> intervals) {
   std::vector<int> open(slots, 0);
   StabbingResult best;
   int count = 0;
-  for (std::size_t e = 0; e < events.size(); ++e) {
-    int& depth = open[events[e].slot];
-    if (events[e].step > 0) {
-      if (++depth == 1) ++count;
-      if (count > best.count) {
-        best.count = count;
-        best.angle = 0.5 * (events[e].angle + events[e + 1].angle);
-      }
-    } else if (--depth == 0) {
-      --count;
+  double changed = 0.0;           // where count took its present value
+  double begin = 0.0, end = 0.0;  // of the best segment
+  bool in_best = false;
+  double tail_begin = 0.0;  // of the segment that ends at the cut
+  int tail_count = -1;
+  for (const Event& event : events) {
+    if (event.angle >= kTurn && tail_count < 0) {
+      tail_begin = changed;
+      tail_count = count;
+    }
+    int& depth = open[event.slot];
+    depth += event.step;
+    const bool opens = event.step > 0 && depth == 1;
+    const bool closes = event.step < 0 && depth == 0;
+    if (!opens && !closes) continue;
+    count += event.step;
+    changed = event.angle;
+    if (count > best.count) {
+      best.count = count;
+      begin = event.angle;
+      in_best = true;
+    } else if (closes && in_best) {
+      end = event.angle;
+      in_best = false;
     }
   }
+  // The best segment may begin before the cut.
+  if (begin == 0.0 && tail_count == best.count && tail_begin > 0.0) begin = tail_begin - kTurn;
+  best.angle = 0.5 * (begin + end);
+  if (best.angle < 0.0) best.angle += kTurn;
   if (best.angle >= kTurn) best.angle -= kTurn;
   return best;
 }

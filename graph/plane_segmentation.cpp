@@ -88,13 +88,15 @@ class Splitter {
            std::sqrt(std::max(e[0], 0.0)) < options_.max_thickness_m;
   }
 
-  bool Agrees(const StationPart& part, const Fit& own, const PointCluster& joint,
-              const Fit& fit) const {
+  /// How far a station is from the joint plane, in units of what is allowed; below 1 it agrees.
+  double Disagreement(const StationPart& part, const PointCluster& joint, const Fit& fit) const {
+    const double cosine = std::abs(FitPlane(part.world).normal.dot(fit.normal));
     const Eigen::Vector3d offset = part.world.mean - joint.mean;
     const double across = offset.dot(fit.normal);
     const double along = (offset - across * fit.normal).norm();
-    return std::abs(own.normal.dot(fit.normal)) > std::cos(options_.max_angle_rad) &&
-           std::abs(across) < options_.max_offset_m && along < 2.0 * std::sqrt(fit.eigenvalues[2]);
+    return std::max({std::acos(std::min(cosine, 1.0)) / options_.max_angle_rad,
+                     std::abs(across) / options_.max_offset_m,
+                     along / (2.0 * std::sqrt(fit.eigenvalues[2]))});
   }
 
   /// Records the plane if at least two stations see one plane here and agree on it.
@@ -104,11 +106,16 @@ class Splitter {
       PointCluster joint;
       for (const StationPart& part : parts) joint += part.world;
       const Fit fit = FitPlane(joint);
-      const auto disagrees = [&](const StationPart& part) {
-        return !Agrees(part, FitPlane(part.world), joint, fit);
-      };
-      const std::size_t removed = std::erase_if(parts, disagrees);
-      if (removed > 0) continue;
+      std::vector<double> disagreement;
+      for (const StationPart& part : parts) {
+        disagreement.push_back(Disagreement(part, joint, fit));
+      }
+      // Only the worst goes: it may have pulled the joint plane away from the others.
+      const auto worst = std::max_element(disagreement.begin(), disagreement.end());
+      if (!(*worst < 1.0)) {
+        parts.erase(parts.begin() + (worst - disagreement.begin()));
+        continue;
+      }
       PlaneAssociation plane;
       for (const StationPart& part : parts)
         plane.observations.push_back({part.station, part.local});

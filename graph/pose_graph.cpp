@@ -4,10 +4,12 @@
 #include <ceres/rotation.h>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
 #include "graph/spanning_tree.h"
+#include "graph/station_placement.h"
 
 namespace backsight {
 namespace {
@@ -18,13 +20,21 @@ struct PoseBlock {
   Eigen::Vector3d translation;
 };
 
+/// A root with root^T root = information, also where that is singular (a corridor's link does not
+/// know the direction along it), which a Cholesky factor would spoil.
+Matrix6d SquareRoot(const Matrix6d& information) {
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> solver(information);
+  const Vector6d roots = solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+  return roots.asDiagonal() * solver.eigenvectors().transpose();
+}
+
 /// LinkResidual times the square root of the information, for automatic differentiation.
 class LinkCost {
  public:
   explicit LinkCost(const PoseGraphLink& link)
       : measured_rotation_(link.target_from_source.rotation),
         measured_translation_(link.target_from_source.translation),
-        root_(Eigen::LLT<Matrix6d>(link.information).matrixU()) {}
+        root_(SquareRoot(link.information)) {}
 
   template <typename T>
   bool operator()(const T* source_rotation, const T* source_translation, const T* target_rotation,
@@ -53,12 +63,6 @@ class LinkCost {
   Eigen::Vector3d measured_translation_;
   Matrix6d root_;
 };
-
-double SquaredError(const PoseGraphLink& link, const std::vector<RigidTransform>& poses) {
-  const Vector6d r = LinkResidual(link, poses[static_cast<std::size_t>(link.source)],
-                                  poses[static_cast<std::size_t>(link.target)]);
-  return r.dot(link.information * r);
-}
 
 /// One Ceres solution with the links' weights held; `fixed[s]` stations do not move.
 bool SolveWeighted(std::span<const PoseGraphLink> links, const std::vector<double>& weights,
@@ -153,6 +157,35 @@ void SolveRobust(std::span<const PoseGraphLink> links, const PoseGraphOptions& o
   for (double& weight : result->weights) weight = weight >= 0.5 ? 1.0 : 0.0;
 }
 
+/// Tries to better the result by moving single stations (graduated non-convexity may leave one on a
+/// false link although most of its links agree elsewhere) and by taking true links back in.
+void MendAssignment(std::span<const PoseGraphLink> links, const PoseGraphOptions& options,
+                    const std::vector<char>& fixed, PoseGraphResult* result) {
+  const double c2 = options.outlier_quantile;
+  // A station placed by one link carries that link's noise too, and a link left out fits worse than
+  // it would if it took part: a wide limit to begin with.
+  double limit = 4.0 * c2;
+  std::vector<RigidTransform> poses = result->survey_from_station;
+  MoveStationsToConsensus(links, result->component, limit, &poses);
+  std::vector<double> weights;
+  constexpr int kMaxRounds = 10;
+  for (int round = 0; round < kMaxRounds; ++round) {
+    std::vector<double> next;
+    for (const PoseGraphLink& link : links) {
+      next.push_back(SquaredError(link, poses) <= limit ? 1.0 : 0.0);
+    }
+    if (next == weights && limit == c2) break;
+    if (round > 0) limit = c2;
+    weights = std::move(next);
+    SolveWeighted(links, weights, fixed, options.max_iterations, &poses);
+    ++result->rounds;
+  }
+  if (TruncatedCost(links, poses, c2) < TruncatedCost(links, result->survey_from_station, c2)) {
+    result->survey_from_station = std::move(poses);
+    result->weights = std::move(weights);
+  }
+}
+
 /// Gauss-Newton matrix of the accepted links in Retract's convention, six rows per station.
 Eigen::MatrixXd Information(int stations, std::span<const PoseGraphLink> links,
                             const PoseGraphResult& result) {
@@ -212,7 +245,9 @@ PoseGraphResult SolvePoseGraph(int stations, std::span<const PoseGraphLink> link
     result.converged = SolveWeighted(links, result.weights, fixed, options.max_iterations,
                                      &result.survey_from_station);
     result.rounds = 1;
+    result.component = forest.component;
     if (options.robust) SolveRobust(links, options, fixed, &result);
+    if (options.robust) MendAssignment(links, options, fixed, &result);
   }
 
   // Without the false links the network may fall apart: form the components anew.

@@ -40,10 +40,11 @@ struct PoseGraphResult {
 Vector6d LinkResidual(const PoseGraphLink& link, const RigidTransform& survey_from_source,
                       const RigidTransform& survey_from_target);
 
-/// Poses from a maximum spanning tree, then Ceres with robust re-weighting; each connected
-/// component has its own datum at its first station. Stations without links form components of
-/// their own. Links that end with weight 0 are taken as false; components are formed anew without
-/// them.
+/// Poses from a maximum spanning tree, then Ceres with robust re-weighting and a search for better
+/// places of single stations; each connected component has its own datum at its first station.
+/// Stations without links form components of their own. Links that end with weight 0 are taken as
+/// false; components are formed anew without them. A heuristic: with many false links about one
+/// station the least truncated cost may be missed.
 PoseGraphResult SolvePoseGraph(int stations, std::span<const PoseGraphLink> links,
                                const PoseGraphOptions& options);
 

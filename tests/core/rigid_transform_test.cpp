@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <numbers>
 
 #include "core/random.h"
@@ -93,6 +94,63 @@ TEST(RigidTransform, NearestRotationRepairsAndNeverMirrors) {
 TEST(RigidTransform, SmallRotationErrorsKeepTheirDigits) {
   const Eigen::Matrix3d tiny = ExpSo3({1e-9, 0.0, 0.0});
   EXPECT_NEAR(RotationAngle(tiny, Eigen::Matrix3d::Identity()), 1e-9, 1e-15);
+}
+
+TEST(RigidTransform, InverseLeftJacobianEqualsFiniteDifferences) {
+  Random random(7);
+  const double h = 1e-6;
+  for (const double angle : {0.0, 1e-6, 0.009, 0.011, 0.5, 2.0, 3.0}) {
+    const Eigen::Vector3d phi = angle * random.Rotation().col(0);
+    Eigen::Matrix3d numeric;
+    for (int i = 0; i < 3; ++i) {
+      const Eigen::Vector3d step = h * Eigen::Vector3d::Unit(i);
+      numeric.col(i) =
+          (LogSo3(ExpSo3(step) * ExpSo3(phi)) - LogSo3(ExpSo3(-step) * ExpSo3(phi))) / (2.0 * h);
+    }
+    EXPECT_LT((numeric - InverseLeftJacobianSo3(phi)).norm(), 1e-7) << angle;
+  }
+}
+
+TEST(RigidTransform, LocalDifferenceJacobianEqualsFiniteDifferences) {
+  Random random(8);
+  const double h = 1e-6;
+  for (int k = 0; k < 50; ++k) {
+    const RigidTransform reference = RandomTransform(random);
+    const RigidTransform t = Retract(reference, RandomTwist(random, 1.0, 5.0));
+    Matrix6d numeric;
+    for (int i = 0; i < 6; ++i) {
+      const Vector6d step = h * Vector6d::Unit(i);
+      numeric.col(i) = (LocalDifference(Retract(t, step), reference) -
+                        LocalDifference(Retract(t, -step), reference)) /
+                       (2.0 * h);
+    }
+    const Matrix6d analytic = LocalDifferenceJacobian(LocalDifference(t, reference));
+    EXPECT_LT((numeric - analytic).norm(), 1e-7);
+  }
+}
+
+TEST(RigidTransform, MatrixAndQuaternionRoundTrip) {
+  Random random(9);
+  for (int k = 0; k < 50; ++k) {
+    const RigidTransform t = RandomTransform(random);
+    EXPECT_GE(t.Quaternion().w(), 0.0);
+    const RigidTransform from_quaternion =
+        RigidTransform::FromQuaternion(t.Quaternion(), t.translation);
+    const RigidTransform from_matrix = RigidTransform::FromMatrix(t.Matrix());
+    EXPECT_LT(LocalDifference(from_quaternion, t).norm(), 1e-14);
+    EXPECT_LT(LocalDifference(from_matrix, t).norm(), 1e-14);
+  }
+}
+
+TEST(RigidTransform, ValidityRefusesMirrorsScalesAndNan) {
+  Random random(10);
+  const RigidTransform t = RandomTransform(random);
+  EXPECT_TRUE(t.IsValid());
+  EXPECT_FALSE((RigidTransform{-t.rotation, t.translation}.IsValid()));
+  EXPECT_FALSE((RigidTransform{1.0001 * t.rotation, t.translation}.IsValid()));
+  RigidTransform nan = t;
+  nan.translation.y() = std::nan("");
+  EXPECT_FALSE(nan.IsValid());
 }
 
 }  // namespace

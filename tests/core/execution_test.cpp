@@ -1,0 +1,143 @@
+#include "core/execution.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "core/error.h"
+
+namespace backsight {
+namespace {
+
+TEST(ParallelFor, VisitsEveryIndexOnce) {
+  for (const int threads : {1, 4}) {
+    const ExecutionContext context(threads);
+    EXPECT_EQ(context.threads(), threads);
+    for (const std::size_t n : {0U, 1U, 7U, 1000U}) {
+      for (const std::size_t grain : {1U, 3U, 64U}) {
+        std::vector<std::atomic<int>> visits(n);
+        context.ParallelFor(
+            n, [&](std::size_t i) { ++visits[i]; }, grain);
+        for (const auto& count : visits) ASSERT_EQ(count, 1) << n << " " << grain;
+      }
+    }
+  }
+}
+
+TEST(ParallelFor, UsesSeveralThreads) {
+  const ExecutionContext context(4);
+  std::atomic<int> inside = 0;
+  std::atomic<bool> met = false;
+  context.ParallelFor(2, [&](std::size_t) {
+    ++inside;
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+    while (inside < 2 && std::chrono::steady_clock::now() < deadline) std::this_thread::yield();
+    if (inside == 2) met = true;
+  });
+  EXPECT_TRUE(met) << "two bodies never ran at the same time";
+}
+
+TEST(ParallelFor, OneThreadRunsInOrder) {
+  const ExecutionContext context(1);
+  std::vector<std::size_t> order;
+  context.ParallelFor(100, [&](std::size_t i) { order.push_back(i); });
+  ASSERT_EQ(order.size(), 100U);
+  for (std::size_t i = 0; i < order.size(); ++i) EXPECT_EQ(order[i], i);
+}
+
+TEST(ParallelFor, RethrowsAndStaysUsable) {
+  for (const int threads : {1, 4}) {
+    const ExecutionContext context(threads);
+    const auto fail = [](std::size_t i) {
+      if (i == 57) throw std::invalid_argument("fifty-seven");
+    };
+    try {
+      context.ParallelFor(100, fail);
+      FAIL() << "the exception was swallowed";
+    } catch (const std::invalid_argument& error) {
+      EXPECT_STREQ(error.what(), "fifty-seven");
+    }
+    std::atomic<int> visits = 0;
+    context.ParallelFor(10, [&](std::size_t) { ++visits; });
+    EXPECT_EQ(visits, 10);
+  }
+}
+
+TEST(ParallelFor, Nests) {
+  for (const int threads : {1, 4}) {
+    const ExecutionContext context(threads);
+    constexpr std::size_t kOuter = 9;
+    constexpr std::size_t kInner = 31;
+    std::vector<std::atomic<int>> visits(kOuter * kInner);
+    context.ParallelFor(kOuter, [&](std::size_t i) {
+      context.ParallelFor(kInner, [&](std::size_t j) { ++visits[i * kInner + j]; });
+    });
+    for (const auto& count : visits) EXPECT_EQ(count, 1);
+  }
+}
+
+TEST(ParallelFor, ResultsDoNotDependOnThreads) {
+  const auto run = [](int threads) {
+    const ExecutionContext context(threads);
+    std::vector<double> results(5000);
+    context.ParallelFor(
+        results.size(), [&](std::size_t i) { results[i] = std::sin(static_cast<double>(i)) / 3.0; },
+        16);
+    return results;
+  };
+  EXPECT_EQ(run(1), run(4));
+}
+
+TEST(ExecutionContext, ZeroThreadsMeansAllCores) {
+  EXPECT_EQ(ExecutionContext(0).threads(),
+            static_cast<int>(std::max(1U, std::thread::hardware_concurrency())));
+}
+
+TEST(ExecutionContext, StopRequestInterrupts) {
+  std::stop_source source;
+  const ExecutionContext context(1, 0, nullptr, source.get_token());
+  EXPECT_NO_THROW(context.CheckStop());
+  source.request_stop();
+  EXPECT_THROW(context.CheckStop(), Interrupted);
+  EXPECT_THROW(context.ParallelFor(4, [&](std::size_t) { context.CheckStop(); }), Interrupted);
+  EXPECT_NO_THROW(ExecutionContext().CheckStop());
+}
+
+class Recorder : public EventSink {
+ public:
+  void Message(Level level, std::string_view text) override {
+    messages.emplace_back(level, std::string(text));
+  }
+  void Progress(std::string_view stage, std::size_t done, std::size_t total) override {
+    progress = std::string(stage) + " " + std::to_string(done) + "/" + std::to_string(total);
+  }
+  std::vector<std::pair<Level, std::string>> messages;
+  std::string progress;
+};
+
+TEST(ExecutionContext, PassesEventsOn) {
+  Recorder recorder;
+  const ExecutionContext context(1, 42, &recorder);
+  const ExecutionContext copy = context;
+  EXPECT_EQ(copy.seed(), 42U);
+  copy.Debug("d");
+  copy.Info("i");
+  copy.Warning("w");
+  copy.Progress("matching", 3, 7);
+  using Level = EventSink::Level;
+  const std::vector<std::pair<Level, std::string>> expected = {
+      {Level::kDebug, "d"}, {Level::kInfo, "i"}, {Level::kWarning, "w"}};
+  EXPECT_EQ(recorder.messages, expected);
+  EXPECT_EQ(recorder.progress, "matching 3/7");
+  EXPECT_NO_THROW(ExecutionContext().Warning("nobody listens"));
+}
+
+}  // namespace
+}  // namespace backsight

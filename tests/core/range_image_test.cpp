@@ -1,0 +1,109 @@
+#include "core/range_image.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "core/random.h"
+
+namespace backsight {
+namespace {
+
+using std::numbers::pi;
+
+Eigen::Vector3d Direction(double azimuth_deg, double polar_deg) {
+  const double a = azimuth_deg * pi / 180.0;
+  const double p = polar_deg * pi / 180.0;
+  return {std::sin(p) * std::cos(a), std::sin(p) * std::sin(a), std::cos(p)};
+}
+
+TEST(RangeImage, HasSquarePixels) {
+  const RangeImage image(Eigen::Vector3d::Zero(), 0.5);
+  EXPECT_EQ(image.rows(), 360);
+  EXPECT_EQ(image.columns(), 720);
+  const RangeImage coarse(Eigen::Vector3d::Zero(), 1000.0);
+  EXPECT_EQ(coarse.rows(), 1);
+  EXPECT_EQ(coarse.columns(), 2);
+}
+
+TEST(RangeImage, KnownDirectionsFallIntoTheirOwnPixels) {
+  const Eigen::Vector3d origin(1.0, -2.0, 1.5);
+  // Inside the same pixel of 1 deg, across a border in azimuth, across one in polar angle.
+  for (const double azimuth : {-179.5, -90.5, 0.5, 44.5, 179.5}) {
+    for (const double polar : {0.5, 30.5, 90.5, 150.5, 179.5}) {
+      RangeImage image(origin, 1.0);
+      image.Add(origin + 7.0 * Direction(azimuth, polar));
+      EXPECT_FLOAT_EQ(image.At(origin + 3.0 * Direction(azimuth + 0.4, polar - 0.4)).max_m, 7.0F);
+      EXPECT_EQ(image.At(origin + Direction(azimuth + 1.0, polar)).max_m, 0.0F);
+      EXPECT_EQ(image.At(origin + Direction(azimuth, polar < 90 ? polar + 1 : polar - 1)).max_m,
+                0.0F);
+      EXPECT_EQ(image.At(origin + Direction(azimuth + 180.0, polar)).max_m, 0.0F);
+    }
+  }
+}
+
+TEST(RangeImage, AcceptsEveryDirection) {
+  RangeImage image(Eigen::Vector3d::Zero(), 10.0);
+  for (const double x : {-1.0, -0.0, 0.0, 1.0}) {
+    for (const double y : {-1.0, -0.0, 0.0, 1.0}) {
+      for (const double z : {-1.0, -0.0, 0.0, 1.0}) {
+        image.Add({x, y, z});
+        const bool is_origin = x == 0.0 && y == 0.0 && z == 0.0;
+        EXPECT_TRUE(is_origin || image.At({x, y, z}).max_m > 0.0F);
+      }
+    }
+  }
+}
+
+TEST(RangeImage, KeepsNearestAndFarthest) {
+  RangeImage image(Eigen::Vector3d::Zero(), 1.0);
+  const Eigen::Vector3d direction = Direction(33.5, 77.5);
+  for (const double range : {5.0, 2.0, 9.0, 4.0}) image.Add(range * direction);
+  EXPECT_FLOAT_EQ(image.At(direction).min_m, 2.0F);
+  EXPECT_FLOAT_EQ(image.At(direction).max_m, 9.0F);
+}
+
+TEST(RangeImage, IgnoresTheOriginAndNonsense) {
+  const Eigen::Vector3d origin(1.0, 2.0, 3.0);
+  RangeImage image(origin, 5.0);
+  image.Add(origin);
+  image.Add(Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN()));
+  EXPECT_EQ(image.Coverage(), 0.0);
+}
+
+TEST(RangeImage, FullSphereIsCoveredOnce) {
+  RangeImage image(Eigen::Vector3d::Zero(), 5.0);
+  for (double azimuth = -178.75; azimuth < 180.0; azimuth += 2.5) {
+    for (double polar = 1.25; polar < 180.0; polar += 2.5)
+      image.Add(4.0 * Direction(azimuth, polar));
+  }
+  EXPECT_NEAR(image.Coverage(), 1.0, 1e-12);
+}
+
+TEST(RangeImage, CoverageIsBySolidAngle) {
+  RangeImage image(Eigen::Vector3d::Zero(), 1.0);
+  // A cap of 60 deg about the zenith is a quarter of the sphere, though a third of the rows.
+  for (double azimuth = -179.5; azimuth < 180.0; azimuth += 1.0) {
+    for (double polar = 0.5; polar < 60.0; polar += 1.0) image.Add(Direction(azimuth, polar));
+  }
+  EXPECT_NEAR(image.Coverage(), 0.25, 1e-4);
+}
+
+TEST(RangeImage, RandomDirectionsFillIt) {
+  Random random(1);
+  RangeImage image(Eigen::Vector3d::Zero(), 10.0);
+  double last = 0.0;
+  for (int k = 0; k < 5; ++k) {
+    for (int i = 0; i < 2000; ++i) image.Add(random.Rotation().col(0));
+    EXPECT_GE(image.Coverage(), last);
+    last = image.Coverage();
+  }
+  EXPECT_GT(last, 0.99);
+}
+
+TEST(RangeImage, WithoutPixelsNothingIsCovered) { EXPECT_EQ(RangeImage().Coverage(), 0.0); }
+
+}  // namespace
+}  // namespace backsight

@@ -1,0 +1,134 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include "core/random.h"
+#include "graph/edge_consensus.h"
+
+namespace backsight {
+namespace {
+
+constexpr double kTurn = 2.0 * std::numbers::pi;
+
+bool Covers(const AngleInterval& interval, double angle) {
+  if (interval.end - interval.begin >= kTurn) return true;
+  const double offset = angle - interval.begin;
+  return offset - kTurn * std::floor(offset / kTurn) <= interval.end - interval.begin;
+}
+
+int CountAt(const std::vector<AngleInterval>& intervals, double angle) {
+  std::set<std::uint32_t> ids;
+  for (const AngleInterval& interval : intervals) {
+    if (Covers(interval, angle)) ids.insert(interval.id);
+  }
+  return static_cast<int>(ids.size());
+}
+
+std::vector<AngleInterval> RandomIntervals(Random& random, int n, double longest, int ids) {
+  std::vector<AngleInterval> intervals;
+  for (int i = 0; i < n; ++i) {
+    const double begin = random.Uniform(-kTurn, 2.0 * kTurn);
+    intervals.push_back({begin, begin + random.Uniform(0.01, longest),
+                         static_cast<std::uint32_t>(random.Index(static_cast<unsigned>(ids)))});
+  }
+  return intervals;
+}
+
+TEST(StabIntervals, EqualsADenseScan) {
+  Random random(1);
+  for (int round = 0; round < 12; ++round) {
+    const int n = 3 + 3 * round;
+    const auto intervals = RandomIntervals(random, n, round % 3 == 0 ? 7.0 : 0.8, n / 2 + 1);
+    int scanned = 0;
+    constexpr int kSteps = 100000;
+    for (int i = 0; i < kSteps; ++i) {
+      scanned = std::max(scanned, CountAt(intervals, kTurn * i / kSteps));
+    }
+    const StabbingResult best = StabIntervals(intervals);
+    // The scan may miss a segment narrower than its step, never the other way round.
+    EXPECT_GE(best.count, scanned);
+    EXPECT_EQ(CountAt(intervals, best.angle), best.count);
+    EXPECT_GE(best.angle, 0.0);
+    EXPECT_LT(best.angle, kTurn);
+  }
+}
+
+TEST(StabIntervals, NothingToStab) { EXPECT_EQ(StabIntervals({}).count, 0); }
+
+TEST(StabIntervals, ReturnsTheMiddleOfTheBestSegment) {
+  const std::vector<AngleInterval> intervals = {{0.5, 2.0, 1}, {1.0, 3.0, 2}, {2.5, 4.0, 3}};
+  const StabbingResult best = StabIntervals(intervals);
+  EXPECT_EQ(best.count, 2);
+  EXPECT_NEAR(best.angle, 1.5, 1e-12);
+}
+
+TEST(StabIntervals, WrapsAround) {
+  const std::vector<AngleInterval> intervals = {{-0.2, 0.4, 1}, {kTurn - 0.4, kTurn + 0.2, 2}};
+  const StabbingResult best = StabIntervals(intervals);
+  EXPECT_EQ(best.count, 2);
+  EXPECT_NEAR(std::remainder(best.angle, kTurn), 0.0, 1e-12) << "middle of [-0.2, 0.2]";
+}
+
+TEST(StabIntervals, TurnsWithItsIntervals) {
+  Random random(2);
+  for (int round = 0; round < 200; ++round) {
+    auto intervals = RandomIntervals(random, 6, 1.5, 6);
+    for (std::uint32_t i = 0; i < intervals.size(); ++i) intervals[i].id = i;
+    intervals.push_back({1.0, 1.8, 100});
+    // A cluster that makes the best segment unique.
+    for (std::uint32_t i = 0; i < 20; ++i) {
+      intervals.push_back({1.2 - 0.01 * i, 1.3 + 0.01 * i, 200 + i});
+    }
+    const StabbingResult before = StabIntervals(intervals);
+    const double turn = random.Uniform(-10.0, 10.0);
+    for (AngleInterval& interval : intervals) interval.begin += turn, interval.end += turn;
+    const StabbingResult after = StabIntervals(intervals);
+    ASSERT_EQ(after.count, before.count);
+    ASSERT_EQ(CountAt(intervals, after.angle), after.count);
+  }
+}
+
+TEST(StabIntervals, MiddleTurnsAcrossTheCut) {
+  for (double turn = 0.0; turn < kTurn; turn += 0.1) {
+    const std::vector<AngleInterval> intervals = {{turn - 0.3, turn + 0.3, 1},
+                                                  {turn - 0.2, turn + 0.4, 2}};
+    const StabbingResult best = StabIntervals(intervals);
+    EXPECT_EQ(best.count, 2);
+    EXPECT_NEAR(std::remainder(best.angle - turn - 0.05, kTurn), 0.0, 1e-12) << turn;
+  }
+}
+
+TEST(StabIntervals, TouchingEndsCountTogether) {
+  const std::vector<AngleInterval> inside = {{1.0, 2.0, 1}, {2.0, 3.0, 2}};
+  EXPECT_EQ(StabIntervals(inside).count, 2);
+  EXPECT_NEAR(StabIntervals(inside).angle, 2.0, 1e-12);
+  const std::vector<AngleInterval> at_the_cut = {{-0.5, 0.0, 1}, {0.0, 0.5, 2}};
+  EXPECT_EQ(StabIntervals(at_the_cut).count, 2);
+  EXPECT_NEAR(std::remainder(StabIntervals(at_the_cut).angle, kTurn), 0.0, 1e-12);
+  const std::vector<AngleInterval> point = {{1.0, 1.0, 1}, {0.5, 1.5, 2}};
+  EXPECT_EQ(StabIntervals(point).count, 2);
+  EXPECT_NEAR(StabIntervals(point).angle, 1.0, 1e-12);
+}
+
+TEST(StabIntervals, FullTurnsCountEverywhere) {
+  const std::vector<AngleInterval> intervals = {
+      {0.0, kTurn, 1}, {1.0, 1.0 + kTurn, 2}, {-9.0, 9.0, 3}, {4.0, 4.5, 4}};
+  const StabbingResult best = StabIntervals(intervals);
+  EXPECT_EQ(best.count, 4);
+  EXPECT_NEAR(best.angle, 4.25, 1e-12);
+  const std::vector<AngleInterval> only_full = {{0.0, kTurn, 1}, {0.0, kTurn, 2}};
+  EXPECT_EQ(StabIntervals(only_full).count, 2);
+}
+
+TEST(StabIntervals, AnIdCountsOnce) {
+  const std::vector<AngleInterval> intervals = {{0.0, 1.0, 7}, {0.2, 0.8, 7}, {0.3, 0.6, 7},
+                                                {2.0, 3.0, 1}, {2.5, 3.5, 2}, {2.1, 2.8, 1}};
+  const StabbingResult best = StabIntervals(intervals);
+  EXPECT_EQ(best.count, 2);
+  EXPECT_EQ(CountAt(intervals, best.angle), 2);
+}
+
+}  // namespace
+}  // namespace backsight
