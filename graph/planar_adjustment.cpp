@@ -115,7 +115,7 @@ PlanarAdjustmentResult AdjustPlanes(std::span<const WeightedPlane> planes,
     double cost = xi.allFinite() ? PlanarCost(planes, priors, stepped) : HUGE_VAL;
 
     if (!(cost <= system.cost)) {
-      if (IsTinyStep(xi, options)) {
+      if (xi.allFinite() && IsTinyStep(xi, options)) {
         result.status = Status::kConverged;
         break;
       }

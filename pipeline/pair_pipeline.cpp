@@ -33,12 +33,19 @@ void RegisterUnguarded(const Station& source, const Station& target, const Surve
   coarse_input.source_keypoints = KeypointPositions(source.model, source.features);
   coarse_input.target_keypoints = KeypointPositions(target.model, target.features);
   coarse_input.seed = DeriveSeed(context.seed(), "pair " + source.spec.id + " " + target.spec.id);
+  const Surface source_surface{source.model, source.features.normals};
+  const Surface target_surface{target.model, target.features.normals};
+  const bool credible = source.features.scanner_credible && target.features.scanner_credible;
+  coarse_input.cloud_score = [&](const RigidTransform& target_from_source) {
+    return CloudScore(source_surface, target_surface, target_from_source, credible) +
+           CloudScore(target_surface, source_surface, target_from_source.Inverse(), credible);
+  };
   pair->correspondences = static_cast<int>(coarse_input.correspondences.size());
   pair->coarse = RegisterCoarse(coarse_input, options.coarse, context);
 
   if (pair->coarse.status == CoarseResult::Status::kRegistered) {
-    FineInput fine_input{{source.model, source.features.normals},
-                         {target.model, target.features.normals},
+    FineInput fine_input{source_surface,
+                         target_surface,
                          pair->coarse.target_from_source,
                          pair->coarse.information,
                          {}};
@@ -47,9 +54,9 @@ void RegisterUnguarded(const Station& source, const Station& target, const Surve
     }
     pair->fine = RefinePair(fine_input, options.fine, context);
   }
-  pair->verification = VerifyPair(
-      {source.model, target.model, pair->coarse, pair->fine, LevelSigma(source.spec, target.spec)},
-      options.verification);
+  pair->verification = VerifyPair({source.model, target.model, credible, pair->coarse, pair->fine,
+                                   LevelSigma(source.spec, target.spec)},
+                                  options.verification);
 }
 
 }  // namespace
@@ -76,7 +83,9 @@ void RegisterPair(const std::vector<Station>& stations, const SurveyOptions& opt
   try {
     context.CheckStop();
     RegisterUnguarded(source, target, options, context, pair);
-  } catch (const InternalError& error) {
+  } catch (const Interrupted&) {
+    throw;
+  } catch (const std::exception& error) {
     pair->fault = error.what();
     context.Warning("pair " + source.spec.id + " " + target.spec.id + ": " + pair->fault);
   }

@@ -157,10 +157,15 @@ void AddWarnings(RunRecord* run) {
     } else if (pose.component > 0) {
       run->warnings.push_back(
           fmt::format("station {} is in component {}, which nothing connects with the main network",
-                      pose.station, pose.component));
+                      pose.station, pose.component + 1));
     }
   }
   for (const LinkRecord& link : run->links) {
+    if (link.reason == "contradicts_network") {
+      run->warnings.push_back(
+          fmt::format("link {} - {} contradicts the network by {:.3f} m and was removed",
+                      link.source, link.target, link.network_residual_m));
+    }
     if (link.status == LinkStatus::kAccepted && !link.loop_controlled.value_or(false)) {
       run->warnings.push_back(
           fmt::format("link {} - {} is uncontrolled: no loop of other links checks it", link.source,
@@ -196,6 +201,10 @@ RunRecord SummarizeRun(const SurveyProject& project, const std::vector<Station>&
                  {"robust_rounds", static_cast<double>(solution.poses.rounds)}};
   Judge(&run);
   AddWarnings(&run);
+  if (!solution.poses.weights.empty() && !solution.poses.converged) {
+    run.warnings.push_back("the network adjustment did not converge; its poses are provisional");
+    if (run.exit_code == kComplete) run.exit_code = kPartial;
+  }
   return run;
 }
 

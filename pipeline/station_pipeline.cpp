@@ -98,7 +98,9 @@ std::vector<Station> LoadStations(const std::vector<StationSpec>& specs,
     try {
       context.CheckStop();
       LoadStation(options, context, &station);
-    } catch (const InputError& error) {
+    } catch (const Interrupted&) {
+      throw;
+    } catch (const std::exception& error) {
       station.fault = error.what();
     }
     context.Progress("stations", ++done, specs.size());

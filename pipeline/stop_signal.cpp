@@ -1,6 +1,7 @@
 #include "pipeline/stop_signal.h"
 
 #include <pthread.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <csignal>
@@ -26,6 +27,8 @@ std::stop_token InstallStopSignals() {
     sigwait(&signals, &signal);
     received_signal = signal;
     source.request_stop();
+    sigwait(&signals, &signal);  // asked twice: at once
+    _exit(128 + signal);
   }).detach();
   return source.get_token();
 }

@@ -40,6 +40,9 @@ SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
   const Network network = BuildNetwork(stations, pairs, options.network);
   clock.Finish("network");
 
+  // Poses first: whatever may happen to the large files, they are kept.
+  WriteReports(SummarizeRun(project, stations, pairs, network, {}), stations, network,
+               out_directory);
   const std::vector<OutputRecord> outputs =
       WriteMergedClouds(project, options.ingest, stations, network, out_directory, context);
   clock.Finish("merge");

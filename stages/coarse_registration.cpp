@@ -124,7 +124,8 @@ CoarseResult RegisterCoarse(const CoarseInput& input, const CoarseOptions& optio
   RigidTransform best;
   for (const EdgeHypothesis& h : FindHypotheses(c, l, options, options.hypotheses, context)) {
     const RigidTransform refined = Refine(c, h.target_from_source, 3.0 * l);
-    const double score = Score(c, refined, 3.0 * l);
+    const double score =
+        input.cloud_score ? input.cloud_score(refined) : Score(c, refined, 3.0 * l);
     if (score > best_score) best_score = score, best = refined;
   }
   if (best_score == 0.0) return result;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -12,8 +13,8 @@ namespace backsight {
 
 struct CoarseOptions {
   int nodes = 800;  ///< K_opt, correspondences kept by node reliability
-  int edges_per_node = 1;
-  int hypotheses = 20;
+  int edges_per_node = 2;
+  int hypotheses = 40;
   int permutations = 1;  ///< runs on shuffled correspondences for the significance test
 };
 void VisitOptions(OptionVisitor& visitor, CoarseOptions& options);
@@ -42,10 +43,13 @@ struct CoarseInput {
   std::vector<Eigen::Vector3d> source_keypoints;
   std::vector<Eigen::Vector3d> target_keypoints;
   std::uint64_t seed = 0;  ///< drives the shuffles of the significance test
+  /// How well a motion lays the clouds themselves on each other, larger is better; decides between
+  /// the hypotheses. Without it the correspondences alone decide.
+  std::function<double(const RigidTransform&)> cloud_score;
 };
 
 /// Micro-structures graph registration of one pair from putative correspondences: RGN, RGE, choice
-/// among the best hypotheses by MSAC over distinct key points, GNC-Welsch.
+/// among the best hypotheses by the clouds (or by MSAC over distinct key points), GNC-Welsch.
 CoarseResult RegisterCoarse(const CoarseInput& input, const CoarseOptions& options,
                             const ExecutionContext& context);
 

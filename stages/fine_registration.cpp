@@ -187,7 +187,7 @@ FineResult RefinePair(const FineInput& input, const FineOptions& options,
       (refined * Eigen::Vector3d::Zero() - input.target_from_source * Eigen::Vector3d::Zero())
           .norm();
   constexpr double kLargestTurn = 0.175;
-  if (!refined.IsValid() || shift > 5.0 * l ||
+  if (!refined.IsValid() || !information.allFinite() || shift > 5.0 * l ||
       RotationAngle(refined.rotation, input.target_from_source.rotation) > kLargestTurn) {
     result.status = FineResult::Status::kDiverged;
     return result;
@@ -196,8 +196,8 @@ FineResult RefinePair(const FineInput& input, const FineOptions& options,
   result.information = information;
   JudgeDegeneracy(planes, refined, result.information - input.information, &result);
   constexpr double kWeakSigma = 0.005;
-  result.status = result.weakest_sigma_m > kWeakSigma ? FineResult::Status::kWeak
-                                                      : FineResult::Status::kRefined;
+  result.status = result.weakest_sigma_m <= kWeakSigma ? FineResult::Status::kRefined
+                                                       : FineResult::Status::kWeak;
   return result;
 }
 

@@ -113,7 +113,9 @@ IngestResult IngestScan(const std::string& station_id, ScanReader& reader,
                                   result.model.points, result.tally.records,
                                   result.model.leaves.size(), options.resolution_m),
                       fmt::format("at least {} occupied voxels", kFewestLeaves),
-                      "check the file, its units (metres) and the range limits"});
+                      scanner_origin || result.out_of_range == 0
+                          ? "check the file, its units (metres) and the range limits"
+                          : "if the scan is not in its scanner's frame, give scanner_origin_m"});
   }
 
   result.model.scanner_origin = scanner_origin.value_or(Eigen::Vector3d::Zero());

@@ -1,7 +1,10 @@
 #include "stages/merging.h"
 
+#include <fmt/format.h>
+
 #include <unordered_map>
 
+#include "core/error.h"
 #include "core/voxel_grid.h"
 
 namespace backsight {
@@ -84,6 +87,12 @@ std::uint64_t MergeClouds(const std::vector<MergeStation>& stations, double thin
                           CloudWriter& writer, const ExecutionContext& context) {
   const bool thin = thin_m > 0.0;
   const CloudBounds bounds = MergedBounds(stations);
+  if (thin && (bounds.max - bounds.min).maxCoeff() > thin_m * VoxelLattice::kHalfRange) {
+    throw InputError({"outputs.merged",
+                      fmt::format("thin_m: {} for a cloud of {:.0f} m", thin_m,
+                                  (bounds.max - bounds.min).maxCoeff()),
+                      "a coarser thin_m", ""});
+  }
   Thinning thinning(
       {.edge_m = thin ? thin_m : 1.0, .origin = (0.5 * (bounds.min + bounds.max)).array().round()});
   if (thin) {

@@ -12,6 +12,8 @@ constexpr double kMedianOfChiSquared6 = 5.348;
 /// Squared error beyond which a link is taken as false. Well above chi^2's 99 % (16.81), because
 /// real errors have longer tails than normal ones, and far below that of any false link.
 constexpr double kGrossError = 100.0;
+/// More disagreement than this is no longer noise, but false links.
+constexpr double kLargestVarianceFactor = 25.0;
 
 /// Covariance of a link: what the registration claims, held above the systematic floor.
 Matrix6d LinkCovariance(const NetworkLink& link, const NetworkOptions& options) {
@@ -56,7 +58,7 @@ double EstimateVarianceFactor(std::span<const PoseGraphLink> links, const PoseGr
   const auto middle = squared.begin() + static_cast<std::ptrdiff_t>(squared.size() / 2);
   std::nth_element(squared.begin(), middle, squared.end());
   const double share = static_cast<double>(redundancy) / (6.0 * static_cast<double>(links.size()));
-  return std::max(1.0, *middle / (kMedianOfChiSquared6 * share));
+  return *middle / (kMedianOfChiSquared6 * share);
 }
 
 /// A link lies on a loop if its ends stay connected without it.
@@ -99,7 +101,8 @@ NetworkResult SolveNetwork(int stations, std::span<const NetworkLink> links,
     for (const bool robust : {false, options.robust}) {
       const PoseGraphResult trial =
           SolvePoseGraph(stations, weighted, {.robust = robust, .outlier_quantile = kGrossError});
-      variance_factor *= EstimateVarianceFactor(weighted, trial);
+      variance_factor = std::clamp(variance_factor * EstimateVarianceFactor(weighted, trial), 1.0,
+                                   kLargestVarianceFactor);
       weighted = MakeLinks(links, options, variance_factor);
     }
   }

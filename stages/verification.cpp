@@ -9,25 +9,39 @@
 namespace backsight {
 namespace {
 
-bool IsOccupied(const StationModel& model, std::uint64_t key) {
+/// Index of the leaf with this key, -1 if there is none.
+std::ptrdiff_t FindLeaf(const StationModel& model, std::uint64_t key) {
   const auto found =
       std::lower_bound(model.leaves.begin(), model.leaves.end(), key,
                        [](const VoxelLeaf& leaf, std::uint64_t k) { return leaf.key < k; });
-  return found != model.leaves.end() && found->key == key;
+  if (found == model.leaves.end() || found->key != key) return -1;
+  return found - model.leaves.begin();
 }
 
-bool MeetsSurface(const StationModel& model, const Eigen::Vector3d& point) {
-  if (!model.lattice.Contains(point)) return false;
+/// The leaf in or beside whose voxel the point lies, -1 if there is none.
+std::ptrdiff_t FindSurface(const StationModel& model, const Eigen::Vector3d& point) {
+  if (!model.lattice.Contains(point)) return -1;
   const Eigen::Vector3i cell = model.lattice.Cell(point);
-  if (IsOccupied(model, VoxelLattice::Pack(cell))) return true;
-  for (int axis = 0; axis < 3; ++axis) {
+  std::ptrdiff_t leaf = FindLeaf(model, VoxelLattice::Pack(cell));
+  for (int axis = 0; axis < 3 && leaf < 0; ++axis) {
     for (const int step : {-1, 1}) {
-      if (IsOccupied(model, VoxelLattice::Pack(cell + step * Eigen::Vector3i::Unit(axis)))) {
-        return true;
-      }
+      if (leaf >= 0) break;
+      leaf = FindLeaf(model, VoxelLattice::Pack(cell + step * Eigen::Vector3i::Unit(axis)));
     }
   }
-  return false;
+  return leaf;
+}
+
+/// What a scanner says of a point that another scan measured.
+enum class Sight { kNotInView, kAgrees, kSeenThrough };
+
+Sight Look(const StationModel& viewer, const Eigen::Vector3d& point) {
+  const float farthest = viewer.range_image.At(point).max_m;
+  if (farthest == 0.0F) return Sight::kNotInView;
+  const double range = point.norm();
+  const double tolerance = std::min(3.0 * viewer.resolution_m() + 0.02 * range, 1.0);
+  if (range > farthest + tolerance) return Sight::kNotInView;  // hidden behind something
+  return range < farthest - tolerance ? Sight::kSeenThrough : Sight::kAgrees;
 }
 
 /// Angle between the vertical axes of both stations.
@@ -37,7 +51,8 @@ double RelativeTilt(const RigidTransform& target_from_source) {
 }
 
 VerificationResult::Reason FindFault(const VerificationInput& input,
-                                     const VerificationOptions& options, double overlap) {
+                                     const VerificationOptions& options, double overlap,
+                                     double conflict) {
   using Reason = VerificationResult::Reason;
   const int needed =
       std::max(options.min_consensus, input.coarse.consensus_null + options.min_above_chance);
@@ -49,6 +64,7 @@ VerificationResult::Reason FindFault(const VerificationInput& input,
     const double limit = 5.0 * *input.level_sigma_rad + kModelError;
     if (RelativeTilt(input.fine.target_from_source) > limit) return Reason::kTilted;
   }
+  if (conflict > options.max_conflict) return Reason::kFreeSpace;
   return Reason::kNone;
 }
 
@@ -61,11 +77,14 @@ void VisitOptions(OptionVisitor& visitor, VerificationOptions& options) {
                   "by how many they must exceed what shuffled correspondences reach");
   visitor.Real("min_overlap", options.min_overlap, "1", 0.0, 1.0,
                "least share of each cloud that must fall on the other");
+  visitor.Real("max_conflict", options.max_conflict, "1", 0.0, 1.0,
+               "largest share of the surfaces in view that a scanner may have seen through");
 }
 
 std::string ToString(VerificationResult::Reason reason) {
-  static constexpr std::array<const char*, 6> kNames = {
-      "", "not_registered", "not_significant", "low_overlap", "fine_diverged", "tilted"};
+  static constexpr std::array<const char*, 7> kNames = {
+      "",       "not_registered",     "not_significant", "low_overlap", "fine_diverged",
+      "tilted", "free_space_conflict"};
   return kNames.at(static_cast<std::size_t>(reason));
 }
 
@@ -76,9 +95,46 @@ double OverlapShare(const StationModel& moved, const StationModel& reference,
   std::size_t met = 0;
   std::size_t tried = 0;
   for (std::size_t i = 0; i < moved.leaves.size(); i += stride, ++tried) {
-    if (MeetsSurface(reference, reference_from_moved * moved.leaves[i].cluster.mean)) ++met;
+    if (FindSurface(reference, reference_from_moved * moved.leaves[i].cluster.mean) >= 0) ++met;
   }
   return tried > 0 ? static_cast<double>(met) / static_cast<double>(tried) : 0.0;
+}
+
+double FreeSpaceConflict(const StationModel& moved, const StationModel& reference,
+                         const RigidTransform& reference_from_moved) {
+  constexpr std::size_t kSample = 20000;
+  const std::size_t stride = std::max<std::size_t>(1, moved.leaves.size() / kSample);
+  std::size_t agreed = 0;
+  std::size_t through = 0;
+  for (std::size_t i = 0; i < moved.leaves.size(); i += stride) {
+    const Sight sight = Look(reference, reference_from_moved * moved.leaves[i].cluster.mean);
+    agreed += sight == Sight::kAgrees ? 1 : 0;
+    through += sight == Sight::kSeenThrough ? 1 : 0;
+  }
+  return agreed + through > 0 ? static_cast<double>(through) / static_cast<double>(agreed + through)
+                              : 0.0;
+}
+
+double CloudScore(const Surface& moved, const Surface& reference,
+                  const RigidTransform& reference_from_moved, bool scanners_credible) {
+  constexpr std::size_t kSample = 3000;
+  constexpr float kLikeNormal = 0.8F;
+  const Eigen::Matrix3f rotation = reference_from_moved.rotation.cast<float>();
+  const std::size_t stride = std::max<std::size_t>(1, moved.model.leaves.size() / kSample);
+  double score = 0.0;
+  std::size_t tried = 0;
+  for (std::size_t i = 0; i < moved.model.leaves.size(); i += stride, ++tried) {
+    const Eigen::Vector3d point = reference_from_moved * moved.model.leaves[i].cluster.mean;
+    const std::ptrdiff_t leaf = FindSurface(reference.model, point);
+    if (leaf >= 0) {
+      const Eigen::Vector3f& normal = reference.normals[static_cast<std::size_t>(leaf)];
+      if (normal.dot(rotation * moved.normals[i]) > kLikeNormal) score += 1.0;
+    } else if (scanners_credible && Look(reference.model, point) == Sight::kSeenThrough) {
+      score -= 1.0;
+    }
+  }
+  // Kept above zero, so that even a poor hypothesis beats none; the verification judges it.
+  return tried > 0 ? 2.0 + score / static_cast<double>(tried) : 0.0;
 }
 
 VerificationResult VerifyPair(const VerificationInput& input, const VerificationOptions& options) {
@@ -91,7 +147,11 @@ VerificationResult VerifyPair(const VerificationInput& input, const Verification
   BACKSIGHT_CHECK(motion.IsValid(), "a registered pair has a rigid motion");
   result.overlap = std::min(OverlapShare(input.source, input.target, motion),
                             OverlapShare(input.target, input.source, motion.Inverse()));
-  result.reason = FindFault(input, options, result.overlap);
+  if (input.scanners_credible) {
+    result.conflict = std::max(FreeSpaceConflict(input.source, input.target, motion),
+                               FreeSpaceConflict(input.target, input.source, motion.Inverse()));
+  }
+  result.reason = FindFault(input, options, result.overlap, result.conflict);
   return result;
 }
 

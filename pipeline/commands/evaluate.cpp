@@ -58,6 +58,10 @@ std::vector<PairError> CompareWithTruth(const std::vector<PoseRecord>& poses,
 
 int EvaluateCommand(const EvaluateArguments& arguments) {
   const RelativePoses truth = ReadTruth(arguments.truth);
+  if (truth.empty()) {
+    throw InputError(
+        {arguments.truth, "no pair of poses", "the truth of at least two stations", ""});
+  }
   const std::vector<PairError> errors = CompareWithTruth(ReadPoseRecords(arguments.poses), truth);
   std::size_t successes = 0;
   double re_sum = 0.0, te_sum = 0.0, te_max = 0.0;

@@ -59,7 +59,7 @@ int RegisterScans(const std::string& source, const std::string& target,
   specs[1].scan = source;
   const std::vector<Station> stations = LoadStations(specs, options, context);
   for (const Station& station : stations) {
-    if (!station.usable()) throw InputError({station.fault, "", "", ""});
+    if (!station.usable()) return kNoUsableInput;  // LoadStations has said why
   }
   Pair pair;
   pair.source = 1;

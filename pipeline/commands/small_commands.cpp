@@ -54,6 +54,7 @@ int DemoCommand(const std::string& directory, int threads) {
   run.project = (fs::path(directory) / "demo.yaml").string();
   run.threads = threads;
   const int exit_code = RunCommand(run);
+  if (exit_code == kInterrupted || exit_code == kTerminated) return exit_code;
   EvaluateCommand({.poses = (fs::path(directory) / "out" / "poses.csv").string(),
                    .truth = (fs::path(directory) / "truth.csv").string()});
   fmt::print("\nOpen the report: {}\n",

@@ -14,6 +14,8 @@ struct SimulatedCase {
   double max_re_deg = 0.0;
 };
 
+void PrintTo(const SimulatedCase& c, std::ostream* out) { *out << c.scene; }
+
 class SimulatedCampaign : public testing::TestWithParam<SimulatedCase> {};
 
 TEST_P(SimulatedCampaign, ComesOutAtItsTruth) {
@@ -33,7 +35,7 @@ TEST_P(SimulatedCampaign, ComesOutAtItsTruth) {
 INSTANTIATE_TEST_SUITE_P(
     Scenes, SimulatedCampaign,
     testing::Values(SimulatedCase{"tests/e2e/scenes/courtyard.yaml", "courtyard", 0.005, 0.01},
-                    SimulatedCase{"tests/e2e/scenes/hall.yaml", "hall", 0.005, 0.01}),
+                    SimulatedCase{"tests/e2e/scenes/yard.yaml", "yard", 0.005, 0.01}),
     [](const auto& test) { return test.param.name; });
 
 TEST(Demo, PlacesEveryStationWithinTwoMillimetres) {
