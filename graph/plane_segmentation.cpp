@@ -107,6 +107,7 @@ class Splitter {
       for (const StationPart& part : parts) joint += part.world;
       const Fit fit = FitPlane(joint);
       std::vector<double> disagreement;
+      disagreement.reserve(parts.size());
       for (const StationPart& part : parts) {
         disagreement.push_back(Disagreement(part, joint, fit));
       }
