@@ -51,7 +51,8 @@ ProgramRun RunProgram(const std::string& arguments) {
 }
 
 ScratchFolder::ScratchFolder() {
-  std::string name = (fs::temp_directory_path() / "backsight-e2e-XXXXXX").string();
+  std::string name =
+      (fs::temp_directory_path() / ("backsight-e2e-" + std::string(6, 'X'))).string();
   if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("cannot make " + name);
   path_ = name;
 }
