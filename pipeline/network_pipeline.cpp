@@ -53,8 +53,12 @@ Network BuildNetwork(const std::vector<Station>& stations, const std::vector<Pai
   for (const Pair& pair : pairs) {
     network.link_of_pair.push_back(pair.accepted() ? static_cast<int>(links.size()) : -1);
     if (!pair.accepted()) continue;
-    links.push_back({pair.source, pair.target, pair.fine.target_from_source, pair.fine.information,
-                     pair.fine.planes * pair.verification.overlap});
+    links.push_back({.pair = static_cast<int>(network.link_of_pair.size()) - 1,
+                     .source = pair.source,
+                     .target = pair.target,
+                     .target_from_source = pair.fine.target_from_source,
+                     .information = pair.fine.information,
+                     .confidence = pair.fine.planes * pair.verification.overlap});
   }
   network.solution = SolveNetwork(static_cast<int>(stations.size()), links, options);
   network.component = RankComponents(network.solution.poses.component);
