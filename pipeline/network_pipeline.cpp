@@ -54,8 +54,12 @@ Network BuildNetwork(const std::vector<Station>& stations, const std::vector<Pai
     network.link_of_pair.push_back(pair.accepted() ? static_cast<int>(links.size()) : -1);
     if (!pair.accepted()) continue;
     const PairCandidate& best = *pair.best();
-    links.push_back({pair.source, pair.target, best.fine.target_from_source, best.fine.information,
-                     (1 + best.fine.planes) * best.verification.overlap});
+    links.push_back({.pair = static_cast<int>(network.link_of_pair.size()) - 1,
+                     .source = pair.source,
+                     .target = pair.target,
+                     .target_from_source = best.fine.target_from_source,
+                     .information = best.fine.information,
+                     .confidence = (1 + best.fine.planes) * best.verification.overlap});
   }
   network.solution = SolveNetwork(static_cast<int>(stations.size()), links, options);
   network.component = RankComponents(network.solution.poses.component);

@@ -66,9 +66,9 @@ LinkRecord MakeLinkRecord(const std::vector<Station>& stations, const Network& n
   record.network_residual_m = solution.residuals[l].tail<3>().norm();
   record.network_residual_deg = solution.residuals[l].head<3>().norm() * 180.0 / std::numbers::pi;
   record.loop_controlled = solution.loop_controlled[l];
-  if (record.network_weight == 0.0) {
+  if (solution.fate[l] != LinkFate::kUsed) {
     record.status = LinkStatus::kRejected;
-    record.reason = "contradicts_network";
+    record.reason = ToString(solution.fate[l]);
   }
   return record;
 }

@@ -114,7 +114,7 @@ std::vector<Matrix6d> Balances(const PlanarProblem& problem,
 
 /// Power iteration on the balanced covariance: an eigenvalue problem of all stations would take
 /// minutes where there are hundreds.
-WeakestDirection FindWeakest(const PlanarProblem& problem, std::span<const RigidTransform> poses,
+WeakestMotion FindWeakest(const PlanarProblem& problem, std::span<const RigidTransform> poses,
                              const Eigen::MatrixXd& covariance) {
   const std::vector<Matrix6d> balances = Balances(problem, poses);
   const auto apply = [&](const Eigen::VectorXd& v, bool transposed) {
@@ -144,7 +144,7 @@ WeakestDirection FindWeakest(const PlanarProblem& problem, std::span<const Rigid
     v = next / norm;
     if (settled) break;
   }
-  WeakestDirection weakest;
+  WeakestMotion weakest;
   weakest.sigma_m = std::sqrt(eigenvalue);
   weakest.direction = v;
   double most = -1.0;

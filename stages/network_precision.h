@@ -10,7 +10,7 @@
 namespace backsight {
 
 /// The motion of the whole network that is determined least.
-struct WeakestDirection {
+struct WeakestMotion {
   double sigma_m = 0.0;  ///< rotations count by the shift they cause at the station's planes
   int station = -1;      ///< moves most in it
   /// 6M entries, unit length: per station [rotation times lever; shift] about its planes' centre.
@@ -21,7 +21,7 @@ struct NetworkPrecision {
   Eigen::MatrixXd covariance;  ///< 6M x 6M, zero for the first station
   double variance_factor = 1.0;
   double block_m = 0.0;
-  WeakestDirection weakest;
+  WeakestMotion weakest;
   bool valid = false;
 };
 

@@ -79,7 +79,7 @@ struct NetworkRefinementResult {
   int observations = 0;
   std::vector<int> planes_of_station;  ///< last round
   std::vector<RefinementRound> rounds;
-  WeakestDirection weakest;
+  WeakestMotion weakest;
   std::vector<HeldOutPair> held_out;  ///< ascending station pairs
 };
 
