@@ -82,9 +82,9 @@ void VisitOptions(OptionVisitor& visitor, VerificationOptions& options) {
 }
 
 std::string ToString(VerificationResult::Reason reason) {
-  static constexpr std::array<const char*, 7> kNames = {
-      "",       "not_registered",     "not_significant", "low_overlap", "fine_diverged",
-      "tilted", "free_space_conflict"};
+  static constexpr std::array<const char*, 8> kNames = {
+      "",       "not_registered",      "not_significant",  "low_overlap", "fine_diverged",
+      "tilted", "free_space_conflict", "contradicts_prior"};
   return kNames.at(static_cast<std::size_t>(reason));
 }
 

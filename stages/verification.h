@@ -32,13 +32,14 @@ struct VerificationInput {
 /// Whether a registered pair can be believed, and what speaks against it.
 struct VerificationResult {
   enum class Reason {
-    kNone,            ///< accepted
-    kNotRegistered,   ///< the coarse registration found no motion
-    kNotSignificant,  ///< its consensus could be chance
-    kLowOverlap,      ///< too little of one cloud falls on the other
-    kFineDiverged,    ///< the planes pull away from the correspondences
-    kTilted,          ///< levelled instruments would stand at an angle
-    kFreeSpace,       ///< one scanner saw through surfaces that the other would put there
+    kNone,              ///< accepted
+    kNotRegistered,     ///< the coarse registration found no motion
+    kNotSignificant,    ///< its consensus could be chance
+    kLowOverlap,        ///< too little of one cloud falls on the other
+    kFineDiverged,      ///< the planes pull away from the correspondences
+    kTilted,            ///< levelled instruments would stand at an angle
+    kFreeSpace,         ///< one scanner saw through surfaces that the other would put there
+    kContradictsPrior,  ///< the priors of both stations rule the motion out
   };
   Reason reason = Reason::kNone;
   double conflict = 0.0;  ///< share of surfaces in view that a scanner saw through, the worse side
