@@ -70,6 +70,15 @@ LinkRecord MakeLinkRecord(const std::vector<Station>& stations, const Network& n
   return record;
 }
 
+LinkRecord MakeSkippedRecord(const std::vector<Station>& stations, const SkippedPair& skipped) {
+  LinkRecord record;
+  record.source = stations[static_cast<std::size_t>(skipped.source)].spec.id;
+  record.target = stations[static_cast<std::size_t>(skipped.target)].spec.id;
+  record.status = LinkStatus::kSkipped;
+  record.reason = skipped.reason;
+  return record;
+}
+
 int CountAccepted(const std::vector<LinkRecord>& links, const std::string& station) {
   return static_cast<int>(std::count_if(links.begin(), links.end(), [&](const LinkRecord& link) {
     return link.status == LinkStatus::kAccepted &&
@@ -181,13 +190,17 @@ void AddWarnings(RunRecord* run) {
 }  // namespace
 
 RunRecord SummarizeRun(const SurveyProject& project, const std::vector<Station>& stations,
-                       const std::vector<Pair>& pairs, const Network& network,
+                       const PairDiscovery& discovery, const Network& network,
                        const std::vector<OutputRecord>& outputs) {
   RunRecord run;
   run.project_name = project.name;
   run.version = kVersion;
-  for (std::size_t p = 0; p < pairs.size(); ++p) {
-    run.links.push_back(MakeLinkRecord(stations, network, pairs[p], network.link_of_pair[p]));
+  for (std::size_t p = 0; p < discovery.pairs.size(); ++p) {
+    run.links.push_back(
+        MakeLinkRecord(stations, network, discovery.pairs[p], network.link_of_pair[p]));
+  }
+  for (const SkippedPair& skipped : discovery.skipped) {
+    run.links.push_back(MakeSkippedRecord(stations, skipped));
   }
   for (std::size_t s = 0; s < stations.size(); ++s) {
     run.scans.push_back(stations[s].record);

@@ -8,6 +8,11 @@ std::vector<OptionSection> OptionSections(SurveyOptions& options) {
        [&](OptionVisitor& visitor) { VisitOptions(visitor, options.ingest); }},
       {"features", "normals, ISS key points and FPFH descriptors",
        [&](OptionVisitor& visitor) { VisitOptions(visitor, options.features); }},
+      {"pair_selection", "which pairs of stations are registered",
+       [&](OptionVisitor& visitor) {
+         VisitOptions(visitor, options.pair_selection);
+         VisitOptions(visitor, options.pair_ranking);
+       }},
       {"matching", "putative correspondences",
        [&](OptionVisitor& visitor) { VisitOptions(visitor, options.matching); }},
       {"coarse", "node and edge reliability, GNC-Welsch",

@@ -9,6 +9,8 @@
 #include "stages/ingest.h"
 #include "stages/matching.h"
 #include "stages/network_solution.h"
+#include "stages/pair_ranking.h"
+#include "stages/pair_selection.h"
 #include "stages/verification.h"
 
 namespace backsight {
@@ -17,6 +19,8 @@ namespace backsight {
 struct SurveyOptions {
   IngestOptions ingest;
   FeatureOptions features;
+  PairSelectionOptions pair_selection;
+  PairRankingOptions pair_ranking;
   MatchingOptions matching;
   CoarseOptions coarse;
   FineOptions fine;

@@ -2,6 +2,7 @@
 
 #include <chrono>
 
+#include "pipeline/pair_discovery.h"
 #include "pipeline/run_outputs.h"
 #include "pipeline/run_summary.h"
 
@@ -33,21 +34,21 @@ SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
   const std::vector<Station> stations = LoadStations(project.stations, options, context);
   clock.Finish("stations");
 
-  std::vector<Pair> pairs = PlanPairs(stations, project.pairs);
-  RegisterPairs(stations, options, context, &pairs);
+  const PairDiscovery discovery = DiscoverPairs(stations, project.pairs, options, context);
+  const std::vector<Pair>& pairs = discovery.pairs;
   clock.Finish("pairs");
 
   const Network network = BuildNetwork(stations, pairs, options.network);
   clock.Finish("network");
 
   // Poses first: whatever may happen to the large files, they are kept.
-  WriteReports(SummarizeRun(project, stations, pairs, network, {}), stations, network,
+  WriteReports(SummarizeRun(project, stations, discovery, network, {}), stations, network,
                out_directory);
   const std::vector<OutputRecord> outputs =
       WriteMergedClouds(project, options.ingest, stations, network, out_directory, context);
   clock.Finish("merge");
 
-  run.record = SummarizeRun(project, stations, pairs, network, outputs);
+  run.record = SummarizeRun(project, stations, discovery, network, outputs);
   WriteReports(run.record, stations, network, out_directory);
   clock.Finish("report");
   return run;
