@@ -42,7 +42,7 @@ Scene Begin(const std::string& name, std::uint64_t seed, double step_deg, double
 
 Scene RepeatedStreet(std::uint64_t seed) {
   Random random(DeriveSeed(seed, "street"));
-  Scene scene = Begin("street", seed, 0.4, 70.0);
+  Scene scene = Begin("street", seed, 0.35, 70.0);
   const double half_width = random.Uniform(6.5, 8.0);  // from the axis to the facades
   const double block = random.Uniform(22.0, 27.0);
   constexpr int kBlocks = 6;
@@ -94,12 +94,19 @@ Scene RepeatedStreet(std::uint64_t seed) {
     lamp.heading_deg = -90.0;
     scene.poles.push_back(lamp);
   }
+  Building end;  // closes the street, as a T junction does
+  end.center_m = {half_length + 12.0, random.Uniform(-3.0, 3.0)};
+  end.size_m = {random.Uniform(24.0, 32.0), 11.0};
+  end.heading_deg = 90.0 + random.Uniform(-6.0, 6.0);
+  scene.buildings.push_back(end);
   constexpr int kStations = 12;
   const double spacing = (2.0 * half_length - 16.0) / (kStations - 1);
   for (int i = 0; i < kStations; ++i) {
     const double y = (i % 2 == 0 ? -1.2 : 1.2);
     const Eigen::Vector2d place(i * spacing - half_length + 8.0, y);
-    AddStation(place + Jitter(random, 0.7), random, scene);
+    // As uneven as a surveyor finds free places, so that stations keep no step with the houses.
+    const double along = random.Uniform(-2.2, 2.2);
+    AddStation(place + Jitter(random, 0.7) + Eigen::Vector2d(along, 0.0), random, scene);
   }
   scene.people = {12, {-half_length, -half_width}, {half_length, half_width}};
   return scene;
@@ -107,7 +114,7 @@ Scene RepeatedStreet(std::uint64_t seed) {
 
 Scene SymmetricHall(std::uint64_t seed, bool furnished) {
   Random random(DeriveSeed(seed, "hall"));
-  Scene scene = Begin(furnished ? "hall" : "emptyhall", seed, 0.5, 60.0);
+  Scene scene = Begin(furnished ? "hall" : "emptyhall", seed, 0.4, 60.0);
   Room hall;
   hall.size_m = {random.Uniform(30.0, 38.0), random.Uniform(15.0, 19.0)};
   hall.heading_deg = random.Uniform(0.0, 360.0);
@@ -137,7 +144,7 @@ Scene SymmetricHall(std::uint64_t seed, bool furnished) {
 
 Scene Forest(std::uint64_t seed) {
   Random random(DeriveSeed(seed, "forest"));
-  Scene scene = Begin("forest", seed, 0.35, 40.0);
+  Scene scene = Begin("forest", seed, 0.25, 40.0);
   constexpr double kHalf = 28.0;
   scene.ground.size_m = 2.0 * kHalf + 20.0;
   scene.ground.slope_deg = {random.Uniform(-6.0, 6.0), random.Uniform(-6.0, 6.0)};
@@ -168,7 +175,7 @@ Scene Forest(std::uint64_t seed) {
 
 Scene TwoBuildings(std::uint64_t seed) {
   Random random(DeriveSeed(seed, "two buildings"));
-  Scene scene = Begin("twobuildings", seed, 0.5, 45.0);
+  Scene scene = Begin("twobuildings", seed, 0.4, 45.0);
   scene.ground.size_m = 200.0;
   for (const double side : {-1.0, 1.0}) {
     Room hall;
@@ -195,7 +202,7 @@ Scene TwoBuildings(std::uint64_t seed) {
 
 Scene RingCorridor(std::uint64_t seed) {
   Random random(DeriveSeed(seed, "corridor"));
-  Scene scene = Begin("corridor", seed, 0.5, 40.0);
+  Scene scene = Begin("corridor", seed, 0.4, 40.0);
   scene.ground.size_m = 100.0;
   Room ring;
   ring.size_m = {random.Uniform(46.0, 50.0), random.Uniform(28.0, 32.0)};
