@@ -7,14 +7,10 @@
 
 namespace backsight {
 
-/// Simulates a campaign, runs the program on it with these additional lines of the project file,
-/// judges the result, prints its line of the table and what was wrong. Scans are PLY files.
-Judgement RunCampaign(const Scene& scene, const std::string& project_lines);
-
-/// The same from the text of a scene file with PTX scans.
-Judgement RunCampaignText(const std::string& scene_text, const std::string& name,
-                          std::uint64_t seed, const std::string& extension,
-                          const std::string& project_lines);
+/// Simulates a campaign of PLY scans, runs the program on it at this resolution, judges the result,
+/// prints its line of the table and what was wrong. Files go to a folder that vanishes; where the
+/// variable BACKSIGHT_CAMPAIGNS names a folder, they go to NAME-SEED in it and stay.
+Judgement RunCampaign(const Scene& scene, double resolution_m);
 
 /// Whether the sums over all campaigns hold what a network that can be trusted has to: no wrong
 /// link, 98 % of the placeable stations placed, errors below 1.5 times the stated sigma at 68 %,

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/random.h"
+#include "io/scene_file.h"
 
 namespace backsight {
 namespace {
@@ -242,6 +243,15 @@ Scene RingCorridor(std::uint64_t seed) {
     scene.barriers.push_back(partition);
   }
   scene.rooms.push_back(ring);
+  return scene;
+}
+
+Scene Reseeded(const std::string& scene_file, std::uint64_t seed) {
+  Scene scene = ReadScene(scene_file);
+  Random random(DeriveSeed(seed, scene.name));
+  scene.seed = seed;
+  scene.format = CampaignFormat::kPly;
+  for (StationSite& site : scene.stations) site.position_m += Jitter(random, 0.5);
   return scene;
 }
 

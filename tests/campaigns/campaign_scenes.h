@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 #include "io/scene_description.h"
 
@@ -26,5 +27,8 @@ Scene TwoBuildings(std::uint64_t seed);
 /// A corridor around a core with a station every 14 m, 10 in all. Partitions hide most of what the
 /// next station sees.
 Scene RingCorridor(std::uint64_t seed);
+
+/// A scene file with another seed, its stations moved by up to half a metre.
+Scene Reseeded(const std::string& scene_file, std::uint64_t seed);
 
 }  // namespace backsight
