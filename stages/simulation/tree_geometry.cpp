@@ -78,7 +78,7 @@ class Stem {
 void AddStem(const Stem& stem, double top, const Eigen::Vector3d& foot, MaterialId bark,
              TriangleMesh& mesh) {
   constexpr int kSides = 20;
-  std::vector<double> heights = {-0.4, 0.0, 0.12, 0.3, 0.6};
+  std::vector<double> heights = {-0.3, 0.0, 0.12, 0.3, 0.6};
   while (heights.back() < top) heights.push_back(std::min(top, heights.back() + 0.5));
   const auto at = [&](double z, int side) -> Eigen::Vector3d {
     const double angle = kFullTurn * side / kSides;
