@@ -6,6 +6,7 @@
 #include <map>
 
 #include "io/html_text.h"
+#include "io/report_network.h"
 #include "io/report_plan.h"
 #include "io/report_tables.h"
 
@@ -216,7 +217,7 @@ std::string ReportHtml(const RunRecord& run, const std::vector<ReportPicture>& p
   html += "<h2>Plan view</h2>\n" + Plans(run);
   html += "<h2>Stations</h2>\n" + StationTable(run);
   html += "<h2>Links</h2>\n" + LinkTable(run);
-  html += "<h2>Network</h2>\n" + NetworkTable(run);
+  html += "<h2>Network</h2>\n" + NetworkSection(run);
   html += "<h2>Scans</h2>\n" + ScanTable(run);
   html += "<h2>Outputs</h2>\n" + OutputTable(run);
   return html + Pictures(pictures) + "</body>\n</html>\n";

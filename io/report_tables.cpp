@@ -2,94 +2,38 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <vector>
-
+#include "io/html_table.h"
 #include "io/html_text.h"
 #include "io/report_plan.h"
 
 namespace backsight {
-namespace {
-
-struct Column {
-  std::string title;
-  bool number = false;
-};
-
-/// Builds one table; cells are HTML already.
-class TableBuilder {
- public:
-  explicit TableBuilder(std::vector<Column> columns) : columns_(std::move(columns)) {
-    html_ = "<div class=\"scroll\"><table>\n<thead><tr>";
-    for (const Column& column : columns_) {
-      html_ += fmt::format("<th{}>{}</th>", Class(column), column.title);
-    }
-    html_ += "</tr></thead>\n<tbody>\n";
-  }
-
-  void Row(const std::vector<std::string>& cells, const std::string& row_class = {}) {
-    html_ += row_class.empty() ? "<tr>" : "<tr class=\"" + row_class + "\">";
-    for (std::size_t i = 0; i < cells.size(); ++i) {
-      html_ += fmt::format("<td{}>{}</td>", Class(columns_.at(i)), cells[i]);
-    }
-    html_ += "</tr>\n";
-  }
-
-  std::string Finish() { return html_ + "</tbody></table></div>\n"; }
-
- private:
-  static const char* Class(const Column& column) { return column.number ? " class=\"n\"" : ""; }
-
-  std::vector<Column> columns_;
-  std::string html_;
-};
-
-std::string Nothing(const std::string& sentence) { return "<p>" + sentence + "</p>\n"; }
-
-/// A word with a sign before it, so that colour is never the only difference.
-std::string Mark(bool good, const std::string& word) {
-  return fmt::format("<span class=\"{}\">{} {}</span>", good ? "good" : "bad",
-                     good ? "\xe2\x9c\x93" : "\xe2\x9c\x97", HtmlText(word));
-}
-
-/// A reason code as words; texts that are no code (they may hold paths) stay as they are.
-std::string Words(std::string code) {
-  if (code.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_") == std::string::npos) {
-    std::replace(code.begin(), code.end(), '_', ' ');
-  }
-  return code;
-}
-
-std::string Bold(const std::string& station) { return "<b>" + HtmlText(station) + "</b>"; }
-
-}  // namespace
 
 std::string GateTable(const RunRecord& run) {
-  if (run.gates.empty()) return Nothing("The project file sets no quality gates.");
-  TableBuilder table({{"gate"}, {"limit", true}, {"value", true}, {"result"}});
+  if (run.gates.empty()) return HtmlSentence("The project file sets no quality gates.");
+  HtmlTable table({{"gate"}, {"limit", true}, {"value", true}, {"result"}});
   for (const GateRecord& gate : run.gates) {
     table.Row({HtmlText(gate.name), HtmlText(gate.limit), HtmlText(gate.value),
-               Mark(gate.passed, gate.passed ? "passed" : "failed")});
+               HtmlMark(gate.passed, gate.passed ? "passed" : "failed")});
   }
   return table.Finish();
 }
 
 std::string StationTable(const RunRecord& run) {
-  TableBuilder table({{"station"},
-                      {"status"},
-                      {"component", true},
-                      {"x [m]", true},
-                      {"y [m]", true},
-                      {"z [m]", true},
-                      {"&sigma; position, worst [mm]", true},
-                      {"&sigma; rotation, worst [deg]", true},
-                      {"links", true},
-                      {"reason"}});
+  HtmlTable table({{"station"},
+                   {"status"},
+                   {"component", true},
+                   {"x [m]", true},
+                   {"y [m]", true},
+                   {"z [m]", true},
+                   {"&sigma; position, worst [mm]", true},
+                   {"&sigma; rotation, worst [deg]", true},
+                   {"links", true},
+                   {"reason"}});
   for (const PoseRecord& pose : run.poses) {
     const bool placed = pose.status == StationStatus::kRegistered;
     std::vector<std::string> cells = {
-        Bold(pose.station),
-        Mark(placed, Words(ToString(pose.status))),
+        HtmlBold(pose.station),
+        HtmlMark(placed, CodeWords(ToString(pose.status))),
     };
     if (placed) {
       const std::string field = "position of station " + pose.station;
@@ -104,28 +48,28 @@ std::string StationTable(const RunRecord& run) {
     cells.push_back(sigma ? FixedText(1000 * sigma->worst_position_m, 2, "sigma") : "");
     cells.push_back(sigma ? FixedText(sigma->rotation_deg.maxCoeff(), 4, "sigma") : "");
     cells.push_back(std::to_string(pose.link_count));
-    cells.push_back(HtmlText(Words(pose.reason)));
+    cells.push_back(HtmlText(CodeWords(pose.reason)));
     table.Row(cells, placed ? "" : "off");
   }
   return table.Finish();
 }
 
 std::string LinkTable(const RunRecord& run) {
-  if (run.links.empty()) return Nothing("No pair was tried.");
-  TableBuilder table({{"source"},
-                      {"target"},
-                      {"status"},
-                      {"reason"},
-                      {"overlap [%]", true},
-                      {"rms [mm]", true},
-                      {"weakest &sigma; [mm]", true},
-                      {"consensus", true},
-                      {"by chance", true},
-                      {"planes", true},
-                      {"network residual [mm]", true},
-                      {"[deg]", true},
-                      {"weight", true},
-                      {"loop"}});
+  if (run.links.empty()) return HtmlSentence("No pair was tried.");
+  HtmlTable table({{"source"},
+                   {"target"},
+                   {"status"},
+                   {"reason"},
+                   {"overlap [%]", true},
+                   {"rms [mm]", true},
+                   {"weakest &sigma; [mm]", true},
+                   {"consensus", true},
+                   {"by chance", true},
+                   {"planes", true},
+                   {"network residual [mm]", true},
+                   {"[deg]", true},
+                   {"weight", true},
+                   {"loop"}});
   for (const LinkRecord& link : run.links) {
     const std::string field = "link " + link.source + " " + link.target;
     const bool accepted = link.status == LinkStatus::kAccepted;
@@ -138,41 +82,42 @@ std::string LinkTable(const RunRecord& run) {
     const bool aligned = link.fine.has_value() || link.coarse.has_value();
     const std::string loop = !accepted || !link.loop_controlled ? std::string()
                              : *link.loop_controlled            ? std::string("yes")
-                                                                : Mark(false, "uncontrolled");
+                                                                : HtmlMark(false, "uncontrolled");
     std::string residual = network(1000 * link.network_residual_m, 1);
     if (!residual.empty()) {
       residual = fmt::format("<i class=\"key r{}\"></i>{}", ResidualClass(link.network_residual_m),
                              residual);
     }
-    table.Row({Bold(link.source), Bold(link.target), Mark(accepted, ToString(link.status)),
-               HtmlText(Words(link.reason)), aligned ? FixedText(100 * link.overlap, 0, field) : "",
-               fine(1000 * link.rms_m, 2), fine(1000 * link.weakest_sigma_m, 2),
-               std::to_string(link.consensus), std::to_string(link.consensus_null),
-               link.fine ? std::to_string(link.planes) : "", residual,
-               network(link.network_residual_deg, 4), network(link.network_weight, 2), loop},
-              accepted ? "" : "off");
+    table.Row(
+        {HtmlBold(link.source), HtmlBold(link.target), HtmlMark(accepted, ToString(link.status)),
+         HtmlText(CodeWords(link.reason)), aligned ? FixedText(100 * link.overlap, 0, field) : "",
+         fine(1000 * link.rms_m, 2), fine(1000 * link.weakest_sigma_m, 2),
+         std::to_string(link.consensus), std::to_string(link.consensus_null),
+         link.fine ? std::to_string(link.planes) : "", residual,
+         network(link.network_residual_deg, 4), network(link.network_weight, 2), loop},
+        accepted ? "" : "off");
   }
   return table.Finish();
 }
 
 std::string ScanTable(const RunRecord& run) {
-  if (run.scans.empty()) return Nothing("No scan was read.");
-  TableBuilder table({{"station"},
-                      {"file"},
-                      {"format"},
-                      {"records", true},
-                      {"points", true},
-                      {"dropped", true},
-                      {"voxels", true},
-                      {"keypoints", true},
-                      {"extent [m]", true},
-                      {"repairs and notes"}});
+  if (run.scans.empty()) return HtmlSentence("No scan was read.");
+  HtmlTable table({{"station"},
+                   {"file"},
+                   {"format"},
+                   {"records", true},
+                   {"points", true},
+                   {"dropped", true},
+                   {"voxels", true},
+                   {"keypoints", true},
+                   {"extent [m]", true},
+                   {"repairs and notes"}});
   for (const ScanRecord& scan : run.scans) {
     std::string notes;
     for (const std::string& note : scan.notes) {
       notes += (notes.empty() ? "" : "<br>") + HtmlText(note);
     }
-    table.Row({Bold(scan.station), "<code>" + HtmlText(scan.path) + "</code>",
+    table.Row({HtmlBold(scan.station), "<code>" + HtmlText(scan.path) + "</code>",
                HtmlText(scan.format), GroupedText(scan.records), GroupedText(scan.points),
                GroupedText(scan.dropped), GroupedText(scan.leaves), GroupedText(scan.keypoints),
                FixedText(scan.extent_m, 1, "extent_m of " + scan.station), notes});
@@ -181,21 +126,11 @@ std::string ScanTable(const RunRecord& run) {
 }
 
 std::string OutputTable(const RunRecord& run) {
-  if (run.outputs.empty()) return Nothing("No cloud was written.");
-  TableBuilder table({{"file"}, {"format"}, {"points", true}});
+  if (run.outputs.empty()) return HtmlSentence("No cloud was written.");
+  HtmlTable table({{"file"}, {"format"}, {"points", true}});
   for (const OutputRecord& output : run.outputs) {
     table.Row({"<code>" + HtmlText(output.path) + "</code>", HtmlText(output.format),
                GroupedText(output.points)});
-  }
-  return table.Finish();
-}
-
-std::string NetworkTable(const RunRecord& run) {
-  if (run.network.empty()) return Nothing("No network was adjusted.");
-  TableBuilder table({{"figure"}, {"value", true}});
-  for (const auto& [name, value] : run.network) {
-    FixedText(value, 0, "network figure " + name);
-    table.Row({HtmlText(Words(name)), fmt::format("{:.6g}", value)});
   }
   return table.Finish();
 }

@@ -13,6 +13,5 @@ std::string StationTable(const RunRecord& run);
 std::string LinkTable(const RunRecord& run);
 std::string ScanTable(const RunRecord& run);
 std::string OutputTable(const RunRecord& run);
-std::string NetworkTable(const RunRecord& run);
 
 }  // namespace backsight

@@ -74,6 +74,15 @@ ordered_json ToJson(const PoseRecord& pose) {
   return json;
 }
 
+ordered_json ToJson(const std::optional<HeldOutRecord>& held_out) {
+  if (!held_out) return {};
+  return {{"planes", held_out->planes},
+          {"rms_before_m", held_out->rms_before_m},
+          {"rms_after_m", held_out->rms_after_m},
+          {"bias_before_m", held_out->bias_before_m},
+          {"bias_after_m", held_out->bias_after_m}};
+}
+
 ordered_json ToJson(const LinkRecord& link) {
   const auto fine = [&](auto value) { return link.fine ? ordered_json(value) : ordered_json(); };
   const bool aligned = link.fine.has_value() || link.coarse.has_value();
@@ -83,6 +92,9 @@ ordered_json ToJson(const LinkRecord& link) {
           {"reason", link.reason},
           {"target_from_source", ToJson(link.fine)},
           {"coarse_target_from_source", ToJson(link.coarse)},
+          {"candidates", link.candidates},
+          {"conflict", aligned ? ordered_json(link.conflict) : ordered_json()},
+          {"agreement", aligned ? ordered_json(link.agreement) : ordered_json()},
           {"overlap", aligned ? ordered_json(link.overlap) : ordered_json()},
           {"rms_m", fine(link.rms_m)},
           {"fine_status", link.fine_status},
@@ -96,7 +108,9 @@ ordered_json ToJson(const LinkRecord& link) {
           {"network_residual_m", fine(link.network_residual_m)},
           {"network_residual_deg", fine(link.network_residual_deg)},
           {"loop_controlled",
-           link.loop_controlled ? ordered_json(*link.loop_controlled) : ordered_json()}};
+           link.loop_controlled ? ordered_json(*link.loop_controlled) : ordered_json()},
+          {"covariance", link.covariance ? ToJson(*link.covariance) : ordered_json()},
+          {"held_out", ToJson(link.held_out)}};
 }
 
 ordered_json ToJson(const ScanRecord& scan) {
@@ -104,6 +118,31 @@ ordered_json ToJson(const ScanRecord& scan) {
           {"records", scan.records}, {"points", scan.points},       {"dropped", scan.dropped},
           {"leaves", scan.leaves},   {"keypoints", scan.keypoints}, {"extent_m", scan.extent_m},
           {"notes", scan.notes}};
+}
+
+ordered_json ToJson(const ComponentRecord& component) {
+  return {{"component", component.component},
+          {"stations", component.stations},
+          {"links", component.links},
+          {"redundancy", component.redundancy},
+          {"sigma_factor", component.sigma_factor},
+          {"refinement", component.refinement},
+          {"planes", component.planes},
+          {"observations", component.observations},
+          {"rounds", component.rounds},
+          {"iterations", component.iterations},
+          {"anderson_accepted", component.anderson_accepted},
+          {"plane_sigma_factor", component.plane_sigma_factor},
+          {"weakest_station", component.weakest_station},
+          {"weakest_sigma_m", component.weakest_sigma_m}};
+}
+
+ordered_json ToJson(const ClosureRecord& closure) {
+  return {{"stations", closure.stations},
+          {"coarse_m", closure.coarse_m},
+          {"coarse_deg", closure.coarse_deg},
+          {"fine_m", closure.fine_m},
+          {"fine_deg", closure.fine_deg}};
 }
 
 ordered_json ToJson(const OutputRecord& output) {
@@ -141,6 +180,8 @@ std::string ReportJson(const RunRecord& run) {
                {"exit_code", run.exit_code},
                {"gates", ToJson(run.gates)},
                {"network", std::move(network)},
+               {"components", ToJson(run.components)},
+               {"closures", ToJson(run.closures)},
                {"poses", ToJson(run.poses)},
                {"links", ToJson(run.links)},
                {"scans", ToJson(run.scans)},

@@ -35,10 +35,13 @@ std::string ToString(LinkStatus status) {
 
 std::optional<PoseSigma> SigmaOf(const PoseRecord& pose) {
   if (!pose.covariance) return std::nullopt;
-  const Matrix6d& covariance = *pose.covariance;
-  BACKSIGHT_CHECK(covariance.allFinite(), "covariance of station " + pose.station);
+  BACKSIGHT_CHECK(pose.covariance->allFinite(), "covariance of station " + pose.station);
+  return SigmaOf(pose.survey_from_station, *pose.covariance);
+}
+
+PoseSigma SigmaOf(const RigidTransform& motion, const Matrix6d& covariance) {
   Eigen::Matrix<double, 3, 6> jacobian;
-  jacobian << -Skew(pose.survey_from_station.translation), Eigen::Matrix3d::Identity();
+  jacobian << -Skew(motion.translation), Eigen::Matrix3d::Identity();
   const Eigen::Matrix3d position = jacobian * covariance * jacobian.transpose();
   // Rounding may leave a variance of a fixed station just below zero.
   const Eigen::Vector3d eigenvalues =

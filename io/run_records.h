@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -39,6 +40,19 @@ struct PoseSigma {
 /// Absent where the record holds no covariance.
 std::optional<PoseSigma> SigmaOf(const PoseRecord& pose);
 
+/// The same of any motion with a covariance in Retract's convention.
+PoseSigma SigmaOf(const RigidTransform& motion, const Matrix6d& covariance);
+
+/// How two stations' views of the planes differ that took no part in the network's adjustment:
+/// an independent check. Metres, distances of one station's points from the other's plane.
+struct HeldOutRecord {
+  int planes = 0;
+  double rms_before_m = 0.0;  ///< before the planes of all stations were adjusted together
+  double rms_after_m = 0.0;
+  double bias_before_m = 0.0;  ///< mean signed distance
+  double bias_after_m = 0.0;
+};
+
 /// One line of links.csv: what became of one pair. Transforms are target_from_source.
 struct LinkRecord {
   std::string source;
@@ -51,7 +65,10 @@ struct LinkRecord {
   int correspondences = 0;  ///< |C1|
   int consensus = 0;        ///< distinct inlier keypoints of the coarse transform
   int consensus_null = 0;   ///< best consensus of the permuted correspondences
+  int candidates = 0;       ///< motions that were compared, the reported one among them
   double overlap = 0.0;     ///< 0 to 1, the smaller of both directions
+  double conflict = 0.0;    ///< share of surfaces in view that a scanner saw through, worse side
+  double agreement = 0.0;   ///< score of the clouds under this motion; decides between candidates
   int planes = 0;
   double rms_m = 0.0;               ///< point-to-plane rms over all adjusted planes
   double weakest_sigma_m = 0.0;     ///< formal sigma of the least determined direction
@@ -60,6 +77,36 @@ struct LinkRecord {
   double network_residual_m = 0.0;  ///< link minus adjusted network
   double network_residual_deg = 0.0;
   std::optional<bool> loop_controlled;  ///< lies on a loop of accepted links; absent: not known
+  /// Of target_from_source in the adjusted network, Retract's convention; rad, m.
+  std::optional<Matrix6d> covariance;
+  std::optional<HeldOutRecord> held_out;
+};
+
+/// Three stations joined by accepted links, and by how much the three motions miss the identity.
+struct ClosureRecord {
+  std::array<std::string, 3> stations;
+  double coarse_m = 0.0;  ///< of the coarse motions
+  double coarse_deg = 0.0;
+  double fine_m = 0.0;  ///< of the refined motions
+  double fine_deg = 0.0;
+};
+
+/// How the adjustment of one component of the network ended.
+struct ComponentRecord {
+  int component = 0;
+  int stations = 0;
+  int links = 0;
+  int redundancy = 0;
+  double sigma_factor = 1.0;    ///< by how much the links disagree beyond their formal errors
+  std::string refinement = {};  ///< how the planar adjustment over all stations ended
+  int planes = 0;
+  int observations = 0;
+  int rounds = 0;      ///< associations of planes
+  int iterations = 0;  ///< Levenberg-Marquardt, all rounds
+  int anderson_accepted = 0;
+  double plane_sigma_factor = 1.0;   ///< by how much stations disagree on planes beyond noise
+  std::string weakest_station = {};  ///< what the least determined direction moves most
+  double weakest_sigma_m = 0.0;
 };
 
 /// One scan as it was read.
@@ -103,7 +150,9 @@ struct RunRecord {
   std::vector<OutputRecord> outputs;
   std::vector<GateRecord> gates;
   std::vector<std::string> warnings;
-  std::vector<std::pair<std::string, double>> network;  ///< named figures of the pose graph
+  std::vector<ComponentRecord> components;
+  std::vector<ClosureRecord> closures;
+  std::vector<std::pair<std::string, double>> network;  ///< named figures of the whole network
 };
 
 /// What a run needed; only manifest.json holds it.

@@ -76,6 +76,27 @@ void FillPose(CsvBuilder& csv, const PoseRecord& pose) {
   csv.Real("sigma_rz_deg", known(s.rotation_deg.z()));
 }
 
+/// What the adjusted network says of the link's own error.
+void FillNetworkErrors(CsvBuilder& csv, const LinkRecord& link) {
+  std::optional<double> sigma_m, sigma_deg;
+  if (link.fine && link.covariance) {
+    const PoseSigma sigma = SigmaOf(*link.fine, *link.covariance);
+    sigma_m = sigma.worst_position_m;
+    sigma_deg = sigma.rotation_deg.maxCoeff();
+  }
+  csv.Real("sigma_worst_m", sigma_m);
+  csv.Real("sigma_worst_deg", sigma_deg);
+  const auto held_out = [&](double HeldOutRecord::*figure) {
+    return link.held_out ? std::optional(*link.held_out.*figure) : std::nullopt;
+  };
+  csv.Integer("held_out_planes",
+              link.held_out ? std::optional(link.held_out->planes) : std::nullopt);
+  csv.Real("held_out_rms_before_m", held_out(&HeldOutRecord::rms_before_m));
+  csv.Real("held_out_rms_after_m", held_out(&HeldOutRecord::rms_after_m));
+  csv.Real("held_out_bias_before_m", held_out(&HeldOutRecord::bias_before_m));
+  csv.Real("held_out_bias_after_m", held_out(&HeldOutRecord::bias_after_m));
+}
+
 void FillLink(CsvBuilder& csv, const LinkRecord& link) {
   const auto fine = [&](double value) { return link.fine ? std::optional(value) : std::nullopt; };
   const bool aligned = link.fine.has_value() || link.coarse.has_value();
@@ -101,6 +122,10 @@ void FillLink(CsvBuilder& csv, const LinkRecord& link) {
   csv.Text("loop_controlled", !link.loop_controlled   ? ""
                               : *link.loop_controlled ? "true"
                                                       : "false");
+  csv.Integer("candidates", aligned ? std::optional(link.candidates) : std::nullopt);
+  csv.Real("conflict", aligned ? std::optional(link.conflict) : std::nullopt);
+  csv.Real("agreement", aligned ? std::optional(link.agreement) : std::nullopt);
+  FillNetworkErrors(csv, link);
 }
 
 template <typename Record>

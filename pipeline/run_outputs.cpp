@@ -11,7 +11,6 @@
 #include "io/report_html.h"
 #include "io/run_json.h"
 #include "io/run_tables.h"
-#include "pipeline/report_pictures.h"
 #include "pipeline/version.h"
 #include "stages/merging.h"
 
@@ -114,15 +113,14 @@ std::vector<OutputRecord> WriteMergedClouds(
   return written;
 }
 
-void WriteReports(const RunRecord& run, const std::vector<Station>& stations,
-                  const Network& network, const std::string& out_directory) {
+void WriteReports(const RunRecord& run, const std::vector<ReportPicture>& pictures,
+                  const std::string& out_directory) {
   const fs::path out(out_directory);
   WriteTextFile((out / "poses.csv").string(), PosesCsv(run.poses));
   WriteTextFile((out / "poses.json").string(), PosesJson(run.poses));
   WriteTextFile((out / "links.csv").string(), LinksCsv(run.links));
   WriteTextFile((out / "report.json").string(), ReportJson(run));
-  WriteTextFile((out / "report.html").string(),
-                ReportHtml(run, DrawReportPictures(stations, network)));
+  WriteTextFile((out / "report.html").string(), ReportHtml(run, pictures));
 }
 
 }  // namespace backsight

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/execution.h"
+#include "io/report_html.h"
 #include "io/run_records.h"
 #include "io/survey_project.h"
 #include "pipeline/network_pipeline.h"
@@ -18,8 +19,8 @@ std::vector<OutputRecord> WriteMergedClouds(
     const Network& network, const std::string& out_directory, const ExecutionContext& context);
 
 /// Writes poses.csv, poses.json, links.csv, report.json and report.html.
-void WriteReports(const RunRecord& run, const std::vector<Station>& stations,
-                  const Network& network, const std::string& out_directory);
+void WriteReports(const RunRecord& run, const std::vector<ReportPicture>& pictures,
+                  const std::string& out_directory);
 
 /// Makes the directory and its parents. Throws InputError if that is impossible.
 void MakeDirectories(const std::string& path);

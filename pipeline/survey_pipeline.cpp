@@ -2,6 +2,7 @@
 
 #include <chrono>
 
+#include "pipeline/report_pictures.h"
 #include "pipeline/run_outputs.h"
 #include "pipeline/run_summary.h"
 
@@ -41,15 +42,15 @@ SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
   clock.Finish("network");
 
   // Poses first: whatever may happen to the large files, they are kept.
-  WriteReports(SummarizeRun(project, stations, pairs, network, {}), stations, network,
-               out_directory);
+  const std::vector<ReportPicture> pictures = DrawReportPictures(stations, network);
+  WriteReports(SummarizeRun(project, stations, pairs, network, {}), pictures, out_directory);
+  clock.Finish("report");
   const std::vector<OutputRecord> outputs =
       WriteMergedClouds(project, options.ingest, stations, network, out_directory, context);
   clock.Finish("merge");
 
   run.record = SummarizeRun(project, stations, pairs, network, outputs);
-  WriteReports(run.record, stations, network, out_directory);
-  clock.Finish("report");
+  WriteReports(run.record, pictures, out_directory);
   return run;
 }
 

@@ -19,14 +19,26 @@ struct PairError {
   double te_m = 0.0;
 };
 
-/// True target_from_source of every pair the truth speaks of.
+/// True target_from_source of every pair the truth speaks of, the earlier name as source. The
+/// direction matters: a rotation error moves the translation by its lever arm.
 RelativePoses ReadTruth(const std::string& path) {
-  if (path.ends_with(".log")) return ReadRelativeLog(path);
-  const auto poses = ReadPoses(path);
   RelativePoses relative;
-  for (auto target = poses.begin(); target != poses.end(); ++target) {
-    for (auto source = std::next(target); source != poses.end(); ++source) {
-      relative[{source->first, target->first}] = target->second.Inverse() * source->second;
+  const auto add = [&](const std::string& source, const std::string& target,
+                       const RigidTransform& target_from_source) {
+    if (source < target) {
+      relative[{source, target}] = target_from_source;
+    } else {
+      relative[{target, source}] = target_from_source.Inverse();
+    }
+  };
+  if (path.ends_with(".log")) {
+    for (const auto& [pair, motion] : ReadRelativeLog(path)) add(pair.first, pair.second, motion);
+    return relative;
+  }
+  const auto poses = ReadPoses(path);
+  for (auto source = poses.begin(); source != poses.end(); ++source) {
+    for (auto target = std::next(source); target != poses.end(); ++target) {
+      add(source->first, target->first, target->second.Inverse() * source->second);
     }
   }
   return relative;

@@ -82,6 +82,8 @@ TEST(ReportHtml, EscapesEverything) {
   run.gates[0].name = run.gates[0].limit = run.gates[0].value = evil;
   run.warnings = {evil};
   run.network = {{evil, 1.0}};
+  run.components[0].refinement = run.components[0].weakest_station = evil;
+  run.closures[0].stations[1] = evil;
   const std::string html = ReportHtml(run, {{evil, evil, {}}});
   for (const char* raw : {"<script", "alert(\"", "\x01", "\xff"}) {
     EXPECT_THAT(html, Not(HasSubstr(raw)));
@@ -107,6 +109,9 @@ TEST(ReportHtml, NotANumberIsRefused) {
            [&](RunRecord& r) { (*r.poses[1].covariance)(0, 0) = nan; },
            [&](RunRecord& r) { r.links[1].network_residual_m = nan; },
            [&](RunRecord& r) { r.links[1].rms_m = nan; },
+           [&](RunRecord& r) { r.links[0].held_out->rms_after_m = nan; },
+           [&](RunRecord& r) { r.components[0].weakest_sigma_m = nan; },
+           [&](RunRecord& r) { r.closures[0].fine_deg = nan; },
            [&](RunRecord& r) { r.scans[1].extent_m = nan; },
            [&](RunRecord& r) { r.network[0].second = nan; }}) {
     RunRecord run = SampleRun();

@@ -38,7 +38,10 @@ TEST(RunTables, HeadersAreFixed) {
             "source,target,status,reason,tx_m,ty_m,tz_m,qw,qx,qy,qz,coarse_tx_m,coarse_ty_m,"
             "coarse_tz_m,coarse_qw,coarse_qx,coarse_qy,coarse_qz,overlap,rms_m,fine_status,"
             "correspondences,consensus,consensus_null,planes,weakest_sigma_m,iterations,"
-            "network_weight,network_residual_m,network_residual_deg,loop_controlled\n");
+            "network_weight,network_residual_m,network_residual_deg,loop_controlled,candidates,"
+            "conflict,agreement,sigma_worst_m,sigma_worst_deg,held_out_planes,"
+            "held_out_rms_before_m,held_out_rms_after_m,held_out_bias_before_m,"
+            "held_out_bias_after_m\n");
 }
 
 TEST(RunTables, LinksReadBackExactly) {
@@ -62,6 +65,12 @@ TEST(RunTables, LinksReadBackExactly) {
     EXPECT_EQ(table.Real(row, "rms_m"), link.rms_m);
     EXPECT_EQ(table.Real(row, "network_residual_deg"), link.network_residual_deg);
     EXPECT_EQ(table.Text(row, "loop_controlled"), *link.loop_controlled ? "true" : "false");
+    EXPECT_EQ(table.Real(row, "conflict"), link.conflict);
+    EXPECT_EQ(table.Text(row, "held_out_planes").empty(), !link.held_out.has_value());
+    EXPECT_EQ(table.Text(row, "sigma_worst_m").empty(), !link.covariance.has_value());
+    if (!link.held_out) continue;
+    EXPECT_EQ(table.Real(row, "held_out_rms_after_m"), link.held_out->rms_after_m);
+    EXPECT_EQ(table.Real(row, "held_out_bias_before_m"), link.held_out->bias_before_m);
   }
 }
 
@@ -110,15 +119,21 @@ TEST(RunJson, ParsesBackWithStableKeys) {
   const auto json = nlohmann::ordered_json::parse(text);
   std::vector<std::string> keys;
   for (const auto& [key, value] : json.items()) keys.push_back(key);
-  EXPECT_EQ(keys, (std::vector<std::string>{"schema_version", "project_name", "version", "verdict",
-                                            "exit_code", "gates", "network", "poses", "links",
-                                            "scans", "outputs", "warnings"}));
+  EXPECT_EQ(keys,
+            (std::vector<std::string>{"schema_version", "project_name", "version", "verdict",
+                                      "exit_code", "gates", "network", "components", "closures",
+                                      "poses", "links", "scans", "outputs", "warnings"}));
   EXPECT_EQ(json["links"].size(), run.links.size());
   EXPECT_EQ(json["links"][0]["rms_m"], run.links[0].rms_m);
   EXPECT_TRUE(json["links"][11]["target_from_source"].is_null());
   EXPECT_EQ(json["poses"][2]["covariance"][5][5], (*run.poses[2].covariance)(5, 5));
   EXPECT_TRUE(json["poses"][10]["survey_from_station"].is_null());
   EXPECT_EQ(json["network"]["cost"], 1.25);
+  EXPECT_EQ(json["components"][0]["weakest_station"], "S5");
+  EXPECT_EQ(json["closures"][0]["stations"][2], "S8");
+  EXPECT_EQ(json["links"][0]["covariance"][3][3], (*run.links[0].covariance)(3, 3));
+  EXPECT_EQ(json["links"][0]["held_out"]["planes"], run.links[0].held_out->planes);
+  EXPECT_TRUE(json["links"][8]["held_out"].is_null());
   EXPECT_EQ(json["gates"][0]["passed"], false);
   const auto poses = nlohmann::ordered_json::parse(PosesJson(run.poses));
   EXPECT_EQ(poses["poses"], json["poses"]);

@@ -64,6 +64,13 @@ LinkRecord SampleLink(const RunRecord& run, int source, int target, LinkStatus s
   link.network_residual_m = random.Uniform(0.0, 0.024);
   link.network_residual_deg = random.Uniform(0.0, 0.02);
   link.loop_controlled = source < 9;
+  link.candidates = 2;
+  link.conflict = random.Uniform(0.0, 0.08);
+  link.agreement = random.Uniform(0.4, 0.8);
+  Matrix6d covariance = Matrix6d::Zero();
+  covariance.diagonal() << 1e-9, 1e-9, 2e-9, 1e-6, 1e-6, 2e-6;
+  link.covariance = covariance;
+  link.held_out = HeldOutRecord{31, 0.0034, 0.0021, -0.0009, 0.0002};
   return link;
 }
 
@@ -103,6 +110,21 @@ RunRecord SampleRun() {
   run.gates = {{"require_all_stations", "12", "10", false},
                {"max_station_sigma_mm", "5 mm", "2.9 mm", true}};
   run.warnings = {"The link S9 S10 lies on no loop: nothing controls it."};
+  run.components = {{.component = 0,
+                     .stations = 8,
+                     .links = 8,
+                     .redundancy = 6,
+                     .sigma_factor = 1.3,
+                     .refinement = "refined",
+                     .planes = 2310,
+                     .observations = 6120,
+                     .rounds = 3,
+                     .iterations = 11,
+                     .plane_sigma_factor = 1.8,
+                     .weakest_station = "S5",
+                     .weakest_sigma_m = 0.0026},
+                    {.component = 1, .stations = 2, .links = 1, .refinement = "too_few_planes"}};
+  run.closures = {{{"S1", "S2", "S8"}, 0.021, 0.051, 0.0017, 0.004}};
   run.network = {{"iterations", 9.0}, {"cost", 1.25}, {"removed_links", 0.0}};
   return run;
 }

@@ -1,0 +1,126 @@
+#include "io/report_network.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "io/html_table.h"
+#include "io/html_text.h"
+
+namespace backsight {
+namespace {
+
+std::string ComponentTable(const RunRecord& run) {
+  HtmlTable table({{"component", true},
+                   {"stations", true},
+                   {"links", true},
+                   {"redundancy", true},
+                   {"links' &sigma; factor", true},
+                   {"planes of all stations"},
+                   {"planes", true},
+                   {"observations", true},
+                   {"rounds", true},
+                   {"iterations", true},
+                   {"planes' &sigma; factor", true},
+                   {"least determined"},
+                   {"&sigma; there [mm]", true}});
+  for (const ComponentRecord& c : run.components) {
+    const std::string field = fmt::format("component {}", c.component);
+    table.Row({std::to_string(c.component), std::to_string(c.stations), std::to_string(c.links),
+               std::to_string(c.redundancy), FixedText(c.sigma_factor, 2, field),
+               HtmlText(CodeWords(c.refinement)), std::to_string(c.planes),
+               std::to_string(c.observations), std::to_string(c.rounds),
+               std::to_string(c.iterations), FixedText(c.plane_sigma_factor, 2, field),
+               HtmlText(c.weakest_station), FixedText(1000 * c.weakest_sigma_m, 2, field)});
+  }
+  return table.Finish();
+}
+
+double Median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Median and largest misclosure, and the worst triangles by name.
+std::string ClosureTable(const RunRecord& run) {
+  if (run.closures.empty()) {
+    return HtmlSentence("No three stations are joined by a triangle of links.");
+  }
+  HtmlTable table({{"triangles"},
+                   {"coarse [mm]", true},
+                   {"coarse [deg]", true},
+                   {"refined [mm]", true},
+                   {"refined [deg]", true}});
+  const auto median = [&](double ClosureRecord::*figure) {
+    std::vector<double> values;
+    for (const ClosureRecord& closure : run.closures) values.push_back(closure.*figure);
+    return Median(std::move(values));
+  };
+  const auto row = [&](const std::string& name, const ClosureRecord& c) {
+    table.Row({name, FixedText(1000 * c.coarse_m, 1, "closure"),
+               FixedText(c.coarse_deg, 4, "closure"), FixedText(1000 * c.fine_m, 2, "closure"),
+               FixedText(c.fine_deg, 4, "closure")});
+  };
+  row(fmt::format("median of {}", run.closures.size()), {{},
+                                                         median(&ClosureRecord::coarse_m),
+                                                         median(&ClosureRecord::coarse_deg),
+                                                         median(&ClosureRecord::fine_m),
+                                                         median(&ClosureRecord::fine_deg)});
+  std::vector<ClosureRecord> worst = run.closures;
+  std::stable_sort(worst.begin(), worst.end(),
+                   [](const auto& a, const auto& b) { return a.fine_m > b.fine_m; });
+  constexpr std::size_t kListed = 10;
+  worst.resize(std::min(worst.size(), kListed));
+  for (const ClosureRecord& c : worst) {
+    row(HtmlText(c.stations[0] + " \xe2\x80\x93 " + c.stations[1] + " \xe2\x80\x93 " +
+                 c.stations[2]),
+        c);
+  }
+  return table.Finish();
+}
+
+std::string HeldOutTable(const RunRecord& run) {
+  HtmlTable table({{"station"},
+                   {"station"},
+                   {"planes", true},
+                   {"rms before [mm]", true},
+                   {"rms after [mm]", true},
+                   {"mean before [mm]", true},
+                   {"mean after [mm]", true}});
+  bool any = false;
+  for (const LinkRecord& link : run.links) {
+    if (!link.held_out) continue;
+    any = true;
+    const HeldOutRecord& h = *link.held_out;
+    const std::string field = "held-out planes of " + link.source + " and " + link.target;
+    const auto mm = [&](double metres) { return FixedText(1000 * metres, 2, field); };
+    table.Row({HtmlBold(link.source), HtmlBold(link.target), std::to_string(h.planes),
+               mm(h.rms_before_m), mm(h.rms_after_m), mm(h.bias_before_m), mm(h.bias_after_m)});
+  }
+  return any ? table.Finish() : HtmlSentence("No planes were held out.");
+}
+
+std::string FigureTable(const RunRecord& run) {
+  HtmlTable table({{"figure"}, {"value", true}});
+  for (const auto& [name, value] : run.network) {
+    FixedText(value, 0, "network figure " + name);
+    table.Row({HtmlText(CodeWords(name)), fmt::format("{:.6g}", value)});
+  }
+  return table.Finish();
+}
+
+}  // namespace
+
+std::string NetworkSection(const RunRecord& run) {
+  if (run.network.empty()) return HtmlSentence("No network was adjusted.");
+  std::string html;
+  if (!run.components.empty()) html += ComponentTable(run);
+  html += FigureTable(run);
+  html += "<h3>Triangle closures</h3>\n" + ClosureTable(run);
+  html += "<h3>Planes that took no part in the adjustment</h3>\n" + HeldOutTable(run);
+  return html;
+}
+
+}  // namespace backsight
