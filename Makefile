@@ -34,6 +34,10 @@ demo: build ## simulate a small campaign, register it and say where the report i
 test: build ## build and run all tests
 	ctest --preset release -j $(JOBS)
 
+.PHONY: campaigns
+campaigns: build ## all simulated campaigns against their truth, small and big; takes long
+	ctest --preset campaigns
+
 .PHONY: bench
 bench: build ## run the benchmarks
 	@if [ -x tests/benchmarks/run ]; then exec tests/benchmarks/run; fi; \

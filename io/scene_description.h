@@ -76,7 +76,8 @@ struct Barrier {
   double thickness_m = 0.25;
 };
 
-/// A room or hall, seen from inside. Furniture stands in places drawn from the seed.
+/// A room or hall, seen from inside. Furniture stands in places drawn from the seed; where a core
+/// leaves a ring corridor only, it stands along the walls.
 struct Room {
   Eigen::Vector2d center_m = Eigen::Vector2d::Zero();
   Eigen::Vector2d size_m = Eigen::Vector2d(20.0, 12.0);
@@ -89,6 +90,8 @@ struct Room {
   int machines = 0;
   int tables = 0;
   int shelves = 0;
+  bool repeat = false;                               ///< all bays and pillars identical, no doors
+  Eigen::Vector2d core_m = Eigen::Vector2d::Zero();  ///< closed block in the middle; 0: none
 };
 
 /// Walking people: every scan sees them in other places.
@@ -139,7 +142,7 @@ struct ControlSite {
   bool check = false;               ///< a check point: never used for fitting
 };
 
-enum class CampaignFormat { kPtx, kPly };
+enum class CampaignFormat { kPtx, kPly, kLas };
 
 struct Scene {
   std::string name = "campaign";  ///< also of the project file written for it

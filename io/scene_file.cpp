@@ -109,7 +109,8 @@ Scene ReadScene(const std::string& path) {
   if (name.present()) scene.name = ReadId(name, names);
   scene.seed = static_cast<std::uint64_t>(
       root.Optional("seed").Integer(1, 0, std::numeric_limits<int>::max()));
-  scene.format = static_cast<CampaignFormat>(root.Optional("format").Choice(0, {"ptx", "ply"}));
+  scene.format =
+      static_cast<CampaignFormat>(root.Optional("format").Choice(0, {"ptx", "ply", "las"}));
   scene.ground = ReadGround(root.Optional("ground"));
   scene.buildings = ReadList(root, "buildings", &ReadBuilding);
   scene.rooms = ReadList(root, "rooms", &ReadRoom);

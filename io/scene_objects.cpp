@@ -104,6 +104,12 @@ Room ReadRoom(const YamlValue& map) {
   room.machines = Count(map, "machines", room.machines, 200);
   room.tables = Count(map, "tables", room.tables, 200);
   room.shelves = Count(map, "shelves", room.shelves, 200);
+  room.repeat = map.Optional("repeat").Flag(room.repeat);
+  const YamlValue core = map.Optional("core_m");
+  if (core.present()) {
+    room.core_m = ReadSize(core, 1.0, 200.0);
+    if ((room.size_m - room.core_m).minCoeff() < 2.0) core.Reject("2 m less than the room's size");
+  }
   return room;
 }
 

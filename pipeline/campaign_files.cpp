@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <iterator>
 
+#include "core/error.h"
+
 namespace backsight {
 namespace {
 
@@ -43,7 +45,15 @@ std::string TargetComments(const Campaign& campaign, std::span<const SimulatedTa
 }  // namespace
 
 std::string ScanFileName(const Scene& scene, const std::string& station_id) {
-  return "scans/" + station_id + (scene.format == CampaignFormat::kPtx ? ".ptx" : ".ply");
+  switch (scene.format) {
+    case CampaignFormat::kPtx:
+      return "scans/" + station_id + ".ptx";
+    case CampaignFormat::kPly:
+      return "scans/" + station_id + ".ply";
+    case CampaignFormat::kLas:
+      return "scans/" + station_id + ".las";
+  }
+  throw InternalError("campaign format without a file name");
 }
 
 std::string TruthCsv(const Campaign& campaign) {
@@ -79,6 +89,9 @@ std::string ProjectYaml(const Campaign& campaign, std::span<const SimulatedTarge
       "# Simulated campaign; truth.csv holds the true poses.\n"
       "schema_version: 1\nname: {}\nstations:\n",
       scene.name);
+  if (scene.format == CampaignFormat::kLas) {
+    text.insert(0, "# This version does not read LAS scans; convert them to run this project.\n");
+  }
   std::string levelled;
   if (scene.scanner.orientation != Orientation::kRandomSo3) {
     levelled = fmt::format(", levelled: true, level_sigma_deg: {}",

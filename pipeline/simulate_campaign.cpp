@@ -45,7 +45,8 @@ void WritePtx(const StationScan& scan, const std::string& path) {
   writer.Finish();
 }
 
-void WritePly(const StationScan& scan, const std::string& path, int station_number) {
+void WriteCloud(const StationScan& scan, CampaignFormat format, const std::string& path,
+                int station_number) {
   CloudWriterSpec spec;
   spec.path = path;
   spec.has_intensity = true;
@@ -62,7 +63,8 @@ void WritePly(const StationScan& scan, const std::string& path, int station_numb
     returns.intensity.push_back(scan.grid.intensity[i]);
     returns.rgb.push_back(scan.grid.rgb[i]);
   }
-  const auto writer = CreatePlyWriter(spec);
+  const auto writer =
+      format == CampaignFormat::kLas ? CreateLasWriter(spec) : CreatePlyWriter(spec);
   writer->Write(returns, station_number);
   writer->Finish();
 }
@@ -83,7 +85,8 @@ void SimulateAndWrite(const Campaign& campaign, std::size_t station,
   if (campaign.scene.format == CampaignFormat::kPtx) {
     WritePtx(scan, (directory / name).string());
   } else {
-    WritePly(scan, (directory / name).string(), static_cast<int>(station) + 1);
+    WriteCloud(scan, campaign.scene.format, (directory / name).string(),
+               static_cast<int>(station) + 1);
   }
 }
 
@@ -108,6 +111,9 @@ void SimulateCampaign(const std::string& scene_path, const std::string& director
   WriteTextFile((root / "truth.csv").string(), TruthCsv(campaign));
   WriteTextFile((root / "control.csv").string(), ControlCsv(campaign, targets));
   WriteTextFile((root / (campaign.scene.name + ".yaml")).string(), ProjectYaml(campaign, targets));
+  if (campaign.scene.format == CampaignFormat::kLas) {
+    execution.Warning("the scans are LAS files, which this version writes but does not read");
+  }
 }
 
 }  // namespace backsight

@@ -67,7 +67,9 @@ Campaign PrepareCampaign(const Scene& scene) {
 StationScan SimulateStation(const Campaign& campaign, std::size_t station,
                             const ExecutionContext& execution) {
   const StationTruth& truth = campaign.stations.at(station);
-  TriangleMesh mesh = campaign.still;
+  // A town is more than a station sees: the rest would only slow the ray caster down.
+  TriangleMesh mesh = TrianglesWithin(campaign.still, truth.world_from_station.translation,
+                                      campaign.scene.scanner.max_range_m);
   AddPeople(campaign.scene, campaign.ground, station, mesh);
   const RayCaster caster(std::move(mesh));
   return MeasureStation(caster, truth.world_from_station, campaign.scene.scanner,
@@ -75,6 +77,7 @@ StationScan SimulateStation(const Campaign& campaign, std::size_t station,
 }
 
 std::vector<SimulatedTarget> MeasureTargets(const Campaign& campaign) {
+  if (campaign.scene.control.empty()) return {};
   const RayCaster caster(campaign.still);
   const RigidTransform survey_from_world = campaign.stations.front().world_from_station.Inverse();
   std::vector<SimulatedTarget> targets;

@@ -9,34 +9,6 @@
 namespace backsight {
 namespace {
 
-Eigen::Vector3d RandomDirection(Random& random) {
-  return random.Rotation() * Eigen::Vector3d::UnitZ();
-}
-
-/// Leaves grow in clumps within the crown, as real crowns are lumpy and let pulses through.
-void AddCrown(const Eigen::Vector3d& center, const Eigen::Vector3d& radii, int leaves,
-              Random& random, TriangleMesh& mesh) {
-  const double green = random.Uniform(0.35, 0.6);
-  const MaterialId leaf = AddMaterial({0.45, {0.25, green, 0.15}, false}, mesh);
-  std::vector<Eigen::Vector3d> clumps;
-  for (int i = 0; i < 32; ++i) {
-    const double share = std::cbrt(random.Uniform(0.15, 1.0));
-    const Eigen::Vector3d direction = RandomDirection(random);
-    clumps.push_back(center + 0.85 * share * radii.cwiseProduct(direction));
-  }
-  for (int i = 0; i < leaves; ++i) {
-    const Eigen::Vector3d& clump = clumps[random.Index(clumps.size())];
-    const double distance = std::abs(random.Normal());
-    const Eigen::Vector3d offset = RandomDirection(random);
-    const Eigen::Vector3d middle = clump + 0.2 * distance * radii.cwiseProduct(offset);
-    const Eigen::Matrix3d turn = random.Rotation();
-    const double length = random.Uniform(0.04, 0.09);
-    const Eigen::Vector3d u = length * turn.col(0);
-    const Eigen::Vector3d v = 0.6 * length * turn.col(1);
-    AddQuad(middle - u, middle - v, middle + u, middle + v, leaf, mesh);
-  }
-}
-
 void AddFence(const Barrier& barrier, const GroundModel& ground, MaterialId material,
               TriangleMesh& mesh) {
   const Eigen::Vector2d along = barrier.to_m - barrier.from_m;
@@ -77,29 +49,6 @@ void AddPole(const Pole& pole, const GroundModel& ground, TriangleMesh& mesh) {
   if (!pole.lamp) return;
   tube({0, 0, pole.height_m - 0.05}, {1.2, 0, pole.height_m + 0.25}, 0.04, 0.04);
   AddBox(frame, {0.9, -0.15, pole.height_m + 0.2}, {1.6, 0.15, pole.height_m + 0.34}, metal, mesh);
-}
-
-void AddTree(const Tree& tree, const GroundModel& ground, Random& random, TriangleMesh& mesh) {
-  const MaterialId bark = AddMaterial({0.3, {0.35, 0.28, 0.2}, false}, mesh);
-  const double trunk_radius = random.Uniform(0.12, 0.24);
-  const double crown_half = 0.5 * (tree.height_m - std::min(2.4, 0.4 * tree.height_m));
-  const Eigen::Vector3d root = ground.At(tree.position_m, -0.3);
-  const Eigen::Vector3d crown = ground.At(tree.position_m, tree.height_m - crown_half);
-  Eigen::Vector3d fork = root + 0.55 * (crown - root);
-  fork.x() += random.Uniform(-0.2, 0.2);
-  fork.y() += random.Uniform(-0.2, 0.2);
-  AddTube(root, fork, 1.2 * trunk_radius, 0.8 * trunk_radius, 14, bark, mesh);
-  AddTube(fork, crown, 0.8 * trunk_radius, 0.4 * trunk_radius, 12, bark, mesh);
-  const Eigen::Vector3d radii(tree.crown_radius_m, tree.crown_radius_m, crown_half);
-  for (int i = 0; i < 9; ++i) {
-    const double height = random.Uniform(0.0, 1.0);
-    Eigen::Vector3d direction = RandomDirection(random);
-    direction.z() = std::abs(direction.z());
-    const Eigen::Vector3d start = fork + height * (crown - fork);
-    AddTube(start, start + 0.75 * radii.cwiseProduct(direction), 0.35 * trunk_radius, 0.02, 7, bark,
-            mesh);
-  }
-  AddCrown(crown, radii, tree.leaves, random, mesh);
 }
 
 void AddCar(const Car& car, const GroundModel& ground, Random& random, TriangleMesh& mesh) {

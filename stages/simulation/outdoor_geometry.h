@@ -9,7 +9,6 @@ namespace backsight {
 
 /// What stands in streets and courtyards; each object stands on the ground at its place.
 void AddPole(const Pole& pole, const GroundModel& ground, TriangleMesh& mesh);
-void AddTree(const Tree& tree, const GroundModel& ground, Random& random, TriangleMesh& mesh);
 void AddCar(const Car& car, const GroundModel& ground, Random& random, TriangleMesh& mesh);
 void AddBarrier(const Barrier& barrier, const GroundModel& ground, TriangleMesh& mesh);
 /// A walking person of random height and stride.

@@ -49,17 +49,40 @@ class FloorPlan {
       const double x = random.Uniform(-reach.x(), reach.x());
       const double y = random.Uniform(-reach.y(), reach.y());
       place = {x, y};
-      const bool is_free = std::all_of(taken_.begin(), taken_.end(), [&](const Circle& c) {
-        return (place - c.center).norm() > radius + c.radius;
-      });
-      if (!is_free) continue;
-      Occupy(place, radius);
-      return true;
+      if (Take(place, radius)) return true;
+    }
+    return false;
+  }
+
+  /// Finds a place along the outer wall or the core, with the heading of that wall.
+  bool PlaceAtWall(double radius, Random& random, Eigen::Vector2d& place, double& heading_deg) {
+    constexpr double kFromWall = 0.45;
+    for (int attempt = 0; attempt < 200; ++attempt) {
+      const bool core = random.Index(2) == 1;
+      const Eigen::Vector2d half = 0.5 * (core ? room_.core_m : room_.size_m);
+      const Eigen::Vector2d line = half.array() + (core ? kFromWall : -kFromWall);
+      const auto side = static_cast<int>(random.Index(4));
+      const int along = side % 2;
+      const double end = half[along] - radius;
+      const double s = random.Uniform(-1.0, 1.0) * end;
+      if (end <= 0.0) continue;
+      place[along] = s;
+      place[1 - along] = side < 2 ? line[1 - along] : -line[1 - along];
+      heading_deg = 90.0 * along;
+      if (Take(place, radius)) return true;
     }
     return false;
   }
 
  private:
+  bool Take(const Eigen::Vector2d& place, double radius) {
+    const bool is_free = std::all_of(taken_.begin(), taken_.end(), [&](const Circle& c) {
+      return (place - c.center).norm() > radius + c.radius;
+    });
+    if (is_free) Occupy(place, radius);
+    return is_free;
+  }
+
   struct Circle {
     Eigen::Vector2d center;
     double radius;
@@ -133,25 +156,36 @@ void AddShelf(const RigidTransform& frame, const RoomMaterials& materials, Rando
   }
 }
 
-void AddWalls(const Room& room, const RigidTransform& frame, const RoomMaterials& materials,
-              Random& random, TriangleMesh& mesh) {
+/// The walls of a rectangle about the room's middle, seen from within, or from without (`core`).
+void AddWalls(const Room& room, const Eigen::Vector2d& size, bool core, const RigidTransform& frame,
+              const RoomMaterials& materials, Random& random, TriangleMesh& mesh) {
   int doors_left = room.doors;
   for (int side = 0; side < 4; ++side) {
     const bool along = side % 2 == 0;
     FacadeSpec spec;
     spec.style = FacadeStyle::kIndustrial;
-    spec.width_m = along ? room.size_m.x() : room.size_m.y();
+    spec.width_m = along ? size.x() : size.y();
     spec.storeys_m = {room.height_m};
     spec.bay_m = room.bay_m;
     spec.doors = (doors_left + 3 - side) / (4 - side);
+    spec.repeat = room.repeat;
     spec.projections = false;
     doors_left -= spec.doors;
-    const double reach = 0.5 * (along ? room.size_m.y() : room.size_m.x());
+    const double reach = 0.5 * (along ? size.y() : size.x()) * (core ? -1.0 : 1.0);
     const RigidTransform panel = frame * UprightFrame(Eigen::Vector3d::Zero(), 90.0 * side) *
                                  RigidTransform{Eigen::Matrix3d::Identity(),
                                                 Eigen::Vector3d(-0.5 * spec.width_m, reach, 0.0)};
     AddFacade(spec, materials.facade, panel, random, mesh);
   }
+}
+
+/// What the windows of the core show is a blank block behind them.
+void AddCore(const Room& room, const RigidTransform& frame, const RoomMaterials& materials,
+             Random& random, TriangleMesh& mesh) {
+  AddWalls(room, room.core_m, true, frame, materials, random, mesh);
+  const Eigen::Vector2d half = 0.5 * room.core_m.array() - 0.25 * room.core_m.minCoeff();
+  AddBox(frame, {-half.x(), -half.y(), -0.1}, {half.x(), half.y(), room.height_m},
+         materials.facade.wall, mesh);
 }
 
 void AddCeiling(const Room& room, const RigidTransform& frame, const RoomMaterials& materials,
@@ -180,7 +214,7 @@ void AddPillars(const Room& room, const RigidTransform& frame, const RoomMateria
       const double x = room.size_m.x() * (static_cast<double>(i) / count.x() - 0.5);
       const double y = room.size_m.y() * (static_cast<double>(j) / count.y() - 0.5);
       floor.Occupy({x, y}, 1.5 * half);
-      if ((i + j) % 2 == 0) {
+      if (room.repeat || (i + j) % 2 == 0) {
         AddBox(frame, {x - half, y - half, -0.1}, {x + half, y + half, room.height_m},
                materials.facade.wall, mesh);
       } else {
@@ -199,7 +233,9 @@ void AddRoom(const Room& room, std::span<const Eigen::Vector2d> keep_clear,
              const GroundModel& ground, Random& random, TriangleMesh& mesh) {
   const RoomMaterials materials = DrawMaterials(random, mesh);
   const RigidTransform frame = UprightFrame(ground.At(room.center_m), room.heading_deg);
-  AddWalls(room, frame, materials, random, mesh);
+  AddWalls(room, room.size_m, false, frame, materials, random, mesh);
+  const bool ring = !room.core_m.isZero();
+  if (ring) AddCore(room, frame, materials, random, mesh);
   AddCeiling(room, frame, materials, mesh);
   FloorPlan floor(room, frame);
   for (const Eigen::Vector2d& place : keep_clear) floor.KeepClear(place, 0.8);
@@ -209,8 +245,13 @@ void AddRoom(const Room& room, std::span<const Eigen::Vector2d> keep_clear,
   const auto furnish = [&](int count, double radius, Furnish add) {
     for (int i = 0; i < count; ++i) {
       Eigen::Vector2d place;
-      if (!floor.Place(radius, random, place)) continue;
-      const double heading = random.Uniform(0.0, 360.0);
+      double heading = 0.0;
+      if (ring) {
+        if (!floor.PlaceAtWall(radius, random, place, heading)) continue;
+      } else {
+        if (!floor.Place(radius, random, place)) continue;
+        heading = random.Uniform(0.0, 360.0);
+      }
       add(frame * UprightFrame({place.x(), place.y(), 0.0}, heading), materials, random, mesh);
     }
   };

@@ -8,6 +8,7 @@
 #include "stages/simulation/building_geometry.h"
 #include "stages/simulation/outdoor_geometry.h"
 #include "stages/simulation/room_geometry.h"
+#include "stages/simulation/tree_geometry.h"
 
 namespace backsight {
 namespace {

@@ -114,6 +114,28 @@ void AddPrism(const RigidTransform& world_from_local, std::span<const Eigen::Vec
   }
 }
 
+TriangleMesh TrianglesWithin(const TriangleMesh& mesh, const Eigen::Vector3d& center,
+                             double radius_m) {
+  TriangleMesh part;
+  part.materials = mesh.materials;
+  const Eigen::Vector3f low = (center.array() - radius_m).cast<float>();
+  const Eigen::Vector3f high = (center.array() + radius_m).cast<float>();
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const auto& corners = mesh.triangles[i];
+    const Eigen::Vector3f& a = mesh.vertices[corners[0]];
+    const Eigen::Vector3f& b = mesh.vertices[corners[1]];
+    const Eigen::Vector3f& c = mesh.vertices[corners[2]];
+    const Eigen::Vector3f min = a.cwiseMin(b).cwiseMin(c);
+    const Eigen::Vector3f max = a.cwiseMax(b).cwiseMax(c);
+    if ((min.array() > high.array()).any() || (max.array() < low.array()).any()) continue;
+    const auto first = static_cast<std::uint32_t>(part.vertices.size());
+    for (const Eigen::Vector3f& corner : {a, b, c}) part.vertices.push_back(corner);
+    part.triangles.push_back({first, first + 1, first + 2});
+    part.triangle_materials.push_back(mesh.triangle_materials[i]);
+  }
+  return part;
+}
+
 RigidTransform UprightFrame(const Eigen::Vector3d& origin, double heading_deg) {
   const double heading = heading_deg * std::numbers::pi / 180.0;
   return {ExpSo3(Eigen::Vector3d(0.0, 0.0, heading)), origin};

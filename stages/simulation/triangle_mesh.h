@@ -52,6 +52,11 @@ void AddEllipsoid(const Eigen::Vector3d& center, const Eigen::Vector3d& radii_m,
 void AddPrism(const RigidTransform& world_from_local, std::span<const Eigen::Vector2d> profile,
               double half_width_m, double taper_m, MaterialId material, TriangleMesh& mesh);
 
+/// The triangles that reach into the cube of half edge `radius_m` about `center`; materials keep
+/// their ids. O(n).
+TriangleMesh TrianglesWithin(const TriangleMesh& mesh, const Eigen::Vector3d& center,
+                             double radius_m);
+
 /// The frame at `origin` turned by `heading_deg` about the vertical.
 RigidTransform UprightFrame(const Eigen::Vector3d& origin, double heading_deg);
 

@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "core/error.h"
+#include "io/las_header.h"
 #include "io/scan_reader.h"
 #include "io/scene_file.h"
 #include "io/survey_project.h"
@@ -133,6 +134,38 @@ TEST_F(SimulateCampaignTest, WritesPlyWhereAsked) {
   const auto reader = OpenScan((root_ / "out/scans/S1.ply").string());
   EXPECT_EQ(reader->info().format, "PLY");
   EXPECT_TRUE(reader->info().has_rgb);
+}
+
+class Warnings : public EventSink {
+ public:
+  void Message(Level level, std::string_view text) override {
+    if (level == Level::kWarning) all += text;
+  }
+  void Progress(std::string_view, std::size_t, std::size_t) override {}
+  std::string all;
+};
+
+TEST_F(SimulateCampaignTest, WritesLasWhereAskedAndSaysThatItIsNotReadBack) {
+  const std::string scene_path = WriteScene(std::string(kScene) + "format: las\n");
+  Warnings warnings;
+  SimulateCampaign(scene_path, (root_ / "out").string(), ExecutionContext(1, 0, &warnings));
+  EXPECT_THAT(warnings.all, HasSubstr("does not read"));
+  const std::string project = Slurp(root_ / "out/tiny.yaml");
+  EXPECT_THAT(project, HasSubstr("scan: scans/S1.las"));
+  EXPECT_THAT(project, HasSubstr("# This version does not read LAS scans"));
+  EXPECT_NO_THROW(ReadSurveyProject((root_ / "out/tiny.yaml").string(), {}));
+
+  const std::string path = (root_ / "out/scans/S2.las").string();
+  const LasHeader header = VerifyLas(path);
+  const StationScan scan =
+      SimulateStation(PrepareCampaign(ReadScene(scene_path)), 1, ExecutionContext(1));
+  EXPECT_EQ(header.points, scan.returns);
+  EXPECT_EQ(header.point_format, 7);
+  EXPECT_DOUBLE_EQ(header.scale.x(), 0.0001);
+  // The scanner's frame: the instrument stands at the origin, within the bounds.
+  EXPECT_TRUE((header.min.array() < 0.0).all());
+  EXPECT_TRUE((header.max.array() > 0.0).all());
+  EXPECT_THROW(OpenScan(path), InputError);
 }
 
 TEST_F(SimulateCampaignTest, RefusesAnUnwritablePlace) {

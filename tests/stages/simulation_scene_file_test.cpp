@@ -109,6 +109,17 @@ stations:
   EXPECT_THAT(error, HasSubstr("random_heading"));
 }
 
+TEST_F(SceneFile, ReadsTheCoreOfARoomAndRefusesOneThatFillsIt) {
+  const std::string scene =
+      "schema_version: 1\nformat: las\nstations: [{id: S1, position_m: [0, 0]}]\n"
+      "rooms: [{center_m: [0, 0], size_m: [30, 20], repeat: true, core_m: [24, ";
+  const Scene read = ReadScene(Write(scene + "14]}]\n"));
+  EXPECT_EQ(read.rooms.at(0).core_m, Eigen::Vector2d(24.0, 14.0));
+  EXPECT_TRUE(read.rooms.at(0).repeat);
+  EXPECT_EQ(read.format, CampaignFormat::kLas);
+  EXPECT_THAT(ErrorOf(scene + "19]}]\n"), HasSubstr("core_m"));
+}
+
 TEST_F(SceneFile, NeedsStations) {
   EXPECT_THAT(ErrorOf("schema_version: 1\n"), HasSubstr("stations"));
   EXPECT_THAT(ErrorOf("schema_version: 1\nstations: []\n"), HasSubstr("stations"));
