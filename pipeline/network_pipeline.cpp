@@ -115,6 +115,7 @@ NetworkRefinementInput MakeRefinementInput(const std::vector<Station>& stations,
     const auto s = static_cast<std::size_t>(station);
     place[s] = static_cast<int>(input.stations.size());
     input.stations.push_back(&stations[s].model);
+    input.normals.push_back(&stations[s].features.normals);
     input.survey_from_station.push_back(poses.survey_from_station[s]);
     input.covariance.push_back(poses.covariance[s]);
     input.level_sigma_rad.push_back(
