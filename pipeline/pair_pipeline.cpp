@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "core/random.h"
 #include "stages/matching.h"
+#include "stages/structure_images.h"
 
 namespace backsight {
 namespace {
@@ -35,17 +36,21 @@ struct PairClouds {
         symmetric(!s.symmetries.empty() || !t.symmetries.empty()) {}
 
   /// Agreement less eight times the conflict, mean of both directions: a motion under which one
-  /// block in eight is seen through is worthless however much of it agrees.
-  double Score(const CloudSample& of_source, const CloudSample& of_target,
+  /// block in eight is seen through is worthless however much of it agrees. `lenience`: how many
+  /// of its standard deviations the conflict is taken lower, on samples too small to be sure.
+  double Score(const CloudSample& of_source, const CloudSample& of_target, double lenience,
                const RigidTransform& target_from_source) const {
     constexpr double kConflictWeight = 8.0;
     const double tolerance_m = 2.0 * target.model.resolution_m();
     const CloudAgreement there =
-        CompareClouds(source, of_source, target, target_from_source, tolerance_m);
-    const CloudAgreement back =
-        CompareClouds(target, of_target, source, target_from_source.Inverse(), tolerance_m);
+        CompareClouds(source, of_source, target, target_index, target_from_source, tolerance_m);
+    const CloudAgreement back = CompareClouds(target, of_target, source, source_index,
+                                              target_from_source.Inverse(), tolerance_m);
+    const auto conflict = [&](const RatioEstimate& c) {
+      return std::max(0.0, c.value - lenience * c.sigma);
+    };
     return 0.5 * (there.score + back.score -
-                  kConflictWeight * (there.conflict.value + back.conflict.value));
+                  kConflictWeight * (conflict(there.conflict) + conflict(back.conflict)));
   }
 
   /// A few steps on a tenth of the voxels: enough to compare motions.
@@ -134,10 +139,18 @@ void RegisterUnguarded(const Station& source, const Station& target, const Surve
   input.source_symmetries = source.symmetries;
   input.target_symmetries = target.symmetries;
   input.cloud_score = [&](const RigidTransform& motion) {
-    return clouds.Score(clouds.source_index.sieve, clouds.target_index.sieve, motion);
+    return clouds.Score(clouds.source_index.sieve, clouds.target_index.sieve, 1.0, motion);
   };
   input.full_cloud_score = [&](const RigidTransform& motion) {
-    return clouds.Score(clouds.source_index.sample, clouds.target_index.sample, motion);
+    return clouds.Score(clouds.source_index.sample, clouds.target_index.sample, 0.0, motion);
+  };
+  // Where no scanner can contradict a motion, every motion scores; half as well is no rival.
+  const bool blind = !clouds.source.scanner_credible && !clouds.target.scanner_credible;
+  input.least_rival_share = blind ? 0.5 : 0.0;
+  input.least_rival_score = 0.5 * options.verification.min_overlap;
+  input.structure_images = [&](const RigidTransform& motion) {
+    return FindStructureImages(clouds.source, clouds.source_index, clouds.target,
+                               clouds.target_index, motion);
   };
   input.cloud_refine = [&](const RigidTransform& motion) { return clouds.Refine(motion); };
   pair->correspondences = static_cast<int>(input.correspondences.size());

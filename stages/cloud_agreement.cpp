@@ -1,6 +1,7 @@
 #include "stages/cloud_agreement.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace backsight {
@@ -11,19 +12,17 @@ constexpr int kGroupBlocks = 4;  // edge of a group, blocks
 constexpr int kFewestSeenThrough = 4;
 constexpr float kLikeNormal = 0.8F;
 
-/// Index of the leaf with this key, -1 if there is none.
-std::ptrdiff_t FindLeaf(const StationModel& model, std::uint64_t key) {
-  const auto found =
-      std::lower_bound(model.leaves.begin(), model.leaves.end(), key,
-                       [](const VoxelLeaf& leaf, std::uint64_t k) { return leaf.key < k; });
-  if (found == model.leaves.end() || found->key != key) return -1;
-  return found - model.leaves.begin();
-}
-
 /// The cube of so many voxels that a leaf lies in.
 std::uint64_t CubeKey(std::uint64_t leaf_key, int voxels) {
   const Eigen::Vector3d cell = VoxelLattice::Unpack(leaf_key).cast<double>() / voxels;
   return VoxelLattice::Pack(cell.array().floor().cast<int>());
+}
+
+std::vector<std::uint64_t> Keys(const StationModel& model) {
+  std::vector<std::uint64_t> keys;
+  keys.reserve(model.leaves.size());
+  for (const VoxelLeaf& leaf : model.leaves) keys.push_back(leaf.key);
+  return keys;
 }
 
 std::vector<Eigen::Vector3d> Means(const StationModel& model) {
@@ -33,20 +32,27 @@ std::vector<Eigen::Vector3d> Means(const StationModel& model) {
   return means;
 }
 
-/// The voxel of a point (0) and the six that share a face with it.
-Eigen::Vector3i CellBeside(const Eigen::Vector3i& cell, int i) {
-  Eigen::Vector3i other = cell;
-  if (i > 0) other[(i - 1) / 2] += i % 2 == 0 ? 1 : -1;
-  return other;
-}
-
-bool MeetsSurface(const StationModel& model, const Eigen::Vector3d& point) {
-  if (!model.lattice.Contains(point)) return false;
-  const Eigen::Vector3i cell = model.lattice.Cell(point);
-  for (int i = 0; i < 7; ++i) {
-    if (FindLeaf(model, VoxelLattice::Pack(CellBeside(cell, i))) >= 0) return true;
+/// Calls `visit(leaf)` for the leaves in the point's voxel and the six that share a face with it,
+/// `key_of(i)` being the key of leaf i of `count`. Neighbours along z follow each other.
+template <class KeyOf, class Visit>
+void VisitLeavesAround(const VoxelLattice& lattice, std::size_t count, KeyOf key_of,
+                       const Eigen::Vector3d& point, Visit visit) {
+  if (!lattice.Contains(point)) return;
+  const Eigen::Vector3i cell = lattice.Cell(point);
+  constexpr std::array<std::array<int, 3>, 5> kColumns{
+      {{0, 0, 1}, {-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}}};  // x, y, reach along z
+  for (const auto& [x, y, reach] : kColumns) {
+    const std::uint64_t first = VoxelLattice::Pack(cell + Eigen::Vector3i(x, y, -reach));
+    const std::uint64_t last = first + static_cast<std::uint64_t>(2 * reach);
+    std::size_t begin = 0;
+    for (std::size_t length = count; length > 0;) {
+      const std::size_t half = length / 2;
+      const bool before = key_of(begin + half) < first;
+      begin = before ? begin + half + 1 : begin;
+      length = before ? length - half - 1 : half;
+    }
+    for (std::size_t i = begin; i < count && key_of(i) <= last; ++i) visit(i);
   }
-  return false;
 }
 
 /// How well a point lies on the surfaces in and beside its voxel: whether there is any, and 1 on it
@@ -56,22 +62,21 @@ struct Fit {
   double score = 0.0;
 };
 
-Fit FitPoint(const Surface& reference, const Eigen::Vector3d& point, const Eigen::Vector3f& normal,
-             double tolerance_m) {
+Fit FitPoint(const Surface& reference, const CloudIndex& index, const Eigen::Vector3d& point,
+             const Eigen::Vector3f& normal, double tolerance_m) {
   Fit fit;
-  if (!reference.model.lattice.Contains(point)) return fit;
-  const Eigen::Vector3i cell = reference.model.lattice.Cell(point);
-  for (int i = 0; i < 7; ++i) {
-    const std::ptrdiff_t leaf = FindLeaf(reference.model, VoxelLattice::Pack(CellBeside(cell, i)));
-    if (leaf < 0) continue;
-    fit.met = true;
-    const auto index = static_cast<std::size_t>(leaf);
-    const Eigen::Vector3f& n = reference.normals[index];
-    if (!(n.dot(normal) > kLikeNormal)) continue;
-    const double distance =
-        n.cast<double>().dot(point - reference.model.leaves[index].cluster.mean) / tolerance_m;
-    fit.score = std::max(fit.score, 1.0 - distance * distance);
-  }
+  VisitLeavesAround(
+      reference.model.lattice, index.keys.size(), [&](std::size_t i) { return index.keys[i]; },
+      point,
+      [&](std::size_t leaf) {
+        const Eigen::Vector3f& n = reference.normals[leaf];
+        // Back to back are the two sides of a wall, not one surface.
+        if (n.dot(normal) < 0.0F) return;
+        fit.met = true;
+        if (!(n.dot(normal) > kLikeNormal)) return;
+        const double distance = n.cast<double>().dot(point - index.means[leaf]) / tolerance_m;
+        fit.score = std::max(fit.score, 1.0 - distance * distance);
+      });
   return fit;
 }
 
@@ -83,9 +88,9 @@ struct BlockCounts {
   int through = 0;
 };
 
-void CountLeaf(const Surface& reference, const Eigen::Vector3d& point,
+void CountLeaf(const Surface& reference, const CloudIndex& index, const Eigen::Vector3d& point,
                const Eigen::Vector3f& normal, double tolerance_m, BlockCounts* counts) {
-  const Fit fit = FitPoint(reference, point, normal, tolerance_m);
+  const Fit fit = FitPoint(reference, index, point, normal, tolerance_m);
   counts->met += fit.met ? 1 : 0;
   counts->score += fit.score;
   if (!reference.scanner_credible) return;
@@ -157,7 +162,8 @@ CloudSample SampleCloud(const StationModel& model, std::size_t leaves) {
 }
 
 CloudIndex::CloudIndex(const StationModel& model)
-    : means(Means(model)),
+    : keys(Keys(model)),
+      means(Means(model)),
       search(means),
       sieve(SampleCloud(model, 1500)),
       sample(SampleCloud(model, 20000)) {}
@@ -180,8 +186,8 @@ Sight LookAt(const StationModel& viewer, const Eigen::Vector3d& point,
 }
 
 CloudAgreement CompareClouds(const Surface& moved, const CloudSample& sample,
-                             const Surface& reference, const RigidTransform& reference_from_moved,
-                             double tolerance_m) {
+                             const Surface& reference, const CloudIndex& reference_index,
+                             const RigidTransform& reference_from_moved, double tolerance_m) {
   CloudAgreement result;
   const Eigen::Matrix3f rotation = reference_from_moved.rotation.cast<float>();
   const std::size_t groups = sample.groups.empty() ? 0 : sample.groups.back() + 1;
@@ -193,7 +199,8 @@ CloudAgreement CompareClouds(const Surface& moved, const CloudSample& sample,
     BlockCounts counts;
     for (std::uint32_t k = sample.begins[b]; k < sample.begins[b + 1]; ++k) {
       const std::uint32_t leaf = sample.leaves[k];
-      CountLeaf(reference, reference_from_moved * moved.model.leaves[leaf].cluster.mean,
+      CountLeaf(reference, reference_index,
+                reference_from_moved * moved.model.leaves[leaf].cluster.mean,
                 rotation * moved.normals[leaf], tolerance_m, &counts);
     }
     const bool seen_through =
@@ -224,7 +231,12 @@ double OverlapShare(const StationModel& moved, const StationModel& reference,
   std::size_t met = 0;
   std::size_t tried = 0;
   for (std::size_t i = 0; i < moved.leaves.size(); i += stride, ++tried) {
-    if (MeetsSurface(reference, reference_from_moved * moved.leaves[i].cluster.mean)) ++met;
+    bool meets = false;
+    VisitLeavesAround(
+        reference.lattice, reference.leaves.size(),
+        [&](std::size_t k) { return reference.leaves[k].key; },
+        reference_from_moved * moved.leaves[i].cluster.mean, [&](std::size_t) { meets = true; });
+    met += meets ? 1 : 0;
   }
   return tried > 0 ? static_cast<double>(met) / static_cast<double>(tried) : 0.0;
 }

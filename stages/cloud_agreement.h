@@ -24,11 +24,12 @@ struct CloudSample {
 /// Whole blocks, evenly chosen, of about `leaves` voxels altogether. O(n log n) for n voxels.
 CloudSample SampleCloud(const StationModel& model, std::size_t leaves);
 
-/// What comparisons of a station's cloud with others need, made once per station. Memory: about 80
+/// What comparisons of a station's cloud with others need, made once per station. Memory: about 90
 /// bytes per voxel.
 struct CloudIndex {
   explicit CloudIndex(const StationModel& model);
 
+  std::vector<std::uint64_t> keys;     ///< of the leaves, ascending: compact, for fast look-up
   std::vector<Eigen::Vector3d> means;  ///< of the leaves
   NeighborSearch search;               ///< among them
   CloudSample sieve;                   ///< about 1,500 voxels: for many hypotheses
@@ -57,8 +58,9 @@ struct RatioEstimate {
 
 /// How a moved cloud fits what another station measured.
 struct CloudAgreement {
-  double overlap = 0.0;  ///< share of the voxels that fall into or beside an occupied voxel
-  double score = 0.0;    ///< share that lies on a surface of like normal, each by its distance
+  /// Share of the voxels that fall into or beside an occupied voxel that does not face away.
+  double overlap = 0.0;
+  double score = 0.0;  ///< share that lies on a surface of like normal, each by its distance
   /// Of the blocks in view, the share that was seen through. 0 where the scanner is not credible.
   RatioEstimate conflict;
   int blocks_in_view = 0;
@@ -69,8 +71,8 @@ struct CloudAgreement {
 /// `tolerance_m`: distance from the surface at which a voxel's score reaches 0. A block is seen
 /// through where more of its voxels are than agree, and at least four. About 1 us per voxel.
 CloudAgreement CompareClouds(const Surface& moved, const CloudSample& sample,
-                             const Surface& reference, const RigidTransform& reference_from_moved,
-                             double tolerance_m);
+                             const Surface& reference, const CloudIndex& reference_index,
+                             const RigidTransform& reference_from_moved, double tolerance_m);
 
 /// Share of `moved`'s voxels whose mean, carried by `reference_from_moved`, falls into or beside an
 /// occupied voxel of `reference`. 0 to 1. Of more than 20,000 voxels an even sample is taken.

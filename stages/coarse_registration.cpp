@@ -150,6 +150,9 @@ MotionPool CollectMotions(const CoarseInput& input, const CoarseOptions& options
   const RigidTransform best = pool.list().front().motion;
   for (const RigidTransform& symmetry : input.target_symmetries) pool.Add(symmetry * best);
   for (const RigidTransform& symmetry : input.source_symmetries) pool.Add(best * symmetry);
+  if (input.structure_images) {
+    for (const RigidTransform& image : input.structure_images(best)) pool.Add(image);
+  }
   return pool;
 }
 
@@ -227,10 +230,13 @@ CoarseResult RegisterCoarse(const CoarseInput& input, const CoarseOptions& optio
 
   const auto wanted = static_cast<std::size_t>(options.rivals) + 1;
   const MotionPool improved = ImproveByClouds(input, pool, 2 * wanted);
-  const double least_score = 0.5 * improved.list().front().score;
+  const double least_score =
+      std::max(input.least_rival_score, input.least_rival_share * improved.list().front().score);
   for (const ScoredMotion& entry : improved.list()) {
     const bool rival = !result.candidates.empty();
-    if (rival && (entry.score <= 0.0 || entry.score < least_score)) break;
+    // A true motion between stations far apart may overlap little beside a false one that lays the
+    // scanners on mirrored places. The comparison of the refined clouds decides.
+    if (rival && entry.score < least_score) break;
     std::optional<CoarseCandidate> candidate = EstimateCandidate(input, entry.motion);
     if (!candidate) continue;
     candidate->cloud_score = entry.score;

@@ -40,7 +40,8 @@ struct CoarseResult {
   Status status = Status::kTooFewCorrespondences;
   int consensus_null = 0;  ///< the best that shuffled correspondences reach: chance alone
   /// The best, then its rivals by falling score: motions farther from each other than 5 deg or 10 l
-  /// (at the overlap's centre) whose score is at least half of the best. Empty unless registered.
+  /// (at the overlap's centre) whose score is not too low. Empty unless
+  /// registered.
   std::vector<CoarseCandidate> candidates;
 };
 
@@ -57,12 +58,17 @@ struct CoarseInput {
   std::function<double(const RigidTransform&)> cloud_score;
   /// The same from more of the clouds, for the few that remain.
   std::function<double(const RigidTransform&)> full_cloud_score;
+  /// A rival whose score is less than this, or a smaller share of the best one's, is dropped.
+  double least_rival_score = 0.0;
+  double least_rival_share = 0.0;
   /// Improves a motion by the clouds; without it the correspondences' fit is scored.
   std::function<RigidTransform(const RigidTransform&)> cloud_refine;
   /// Motions that carry the source's own cloud onto itself, and the target's: where they are, what
   /// fits may fit elsewhere too, and the true motion may gather too few key points to be found.
   std::vector<RigidTransform> source_symmetries;
   std::vector<RigidTransform> target_symmetries;
+  /// Other motions that fit the clouds' structure as the given one does; may be absent.
+  std::function<std::vector<RigidTransform>(const RigidTransform&)> structure_images;
 };
 
 /// A few rounds of collecting the rows within `limit_m` and refitting pull a motion from one edge

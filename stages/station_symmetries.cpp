@@ -6,6 +6,8 @@
 #include "graph/correspondence_graph.h"
 #include "graph/edge_consensus.h"
 #include "graph/rigid_fit.h"
+#include "stages/structure_images.h"
+#include "stages/surface_refinement.h"
 
 namespace backsight {
 namespace {
@@ -29,6 +31,17 @@ Correspondences MatchWithItself(const Surface& surface, const StationFeatures& f
   return all.Subset(rows);
 }
 
+/// A shift by correlation is good to some voxels; the surfaces make it good to a fraction of one.
+RigidTransform RefineOnSelf(const Surface& surface, const CloudIndex& index,
+                            const RigidTransform& motion) {
+  SurfaceRefinementOptions few;
+  few.normal_sigma_m = 0.1 * surface.model.resolution_m();
+  few.sample = 2000;
+  few.max_iterations = 6;
+  return RefineOnSurfaces(surface, surface, index.search, motion, Matrix6d::Zero(), few)
+      .target_from_source;
+}
+
 struct Scored {
   RigidTransform motion;
   double score = 0.0;
@@ -48,10 +61,21 @@ class SymmetryList {
       if (Alike(motion, other.motion)) return;
     }
     const double tolerance_m = 2.0 * surface_.model.resolution_m();
-    const CloudAgreement agreement =
-        CompareClouds(surface_, index_.sieve, surface_, motion, tolerance_m);
-    if (agreement.score < kLeastScore || agreement.conflict.value >= kMostConflict) return;
+    CloudAgreement agreement;
+    for (const CloudSample* sample : {&index_.sieve, &index_.sample}) {
+      agreement = CompareClouds(surface_, *sample, surface_, index_, motion, tolerance_m);
+      if (agreement.score < kLeastScore || agreement.conflict.value >= kMostConflict) return;
+    }
     list_.push_back({motion, agreement.score});
+  }
+
+  /// Whether a motion that is only roughly right is worth refining.
+  bool MayHold(const RigidTransform& motion) const {
+    const double tolerance_m = 2.0 * surface_.model.resolution_m();
+    const CloudAgreement agreement =
+        CompareClouds(surface_, index_.sieve, surface_, index_, motion, tolerance_m);
+    return !Alike(motion, {}) && agreement.score > 0.5 * kLeastScore &&
+           agreement.conflict.value < 2.0 * kMostConflict;
   }
 
   std::vector<RigidTransform> Take() {
@@ -84,17 +108,22 @@ std::vector<RigidTransform> FindSymmetries(const Surface& surface, const Station
                                            const CoarseOptions& coarse,
                                            const ExecutionContext& context) {
   const double l = surface.model.resolution_m();
+  SymmetryList list(surface, index);
   const Correspondences c = MatchWithItself(surface, features, matching);
-  if (c.size() < 3) return {};
   const ReliableNodes nodes =
       SelectReliableNodes(c, {.resolution_m = l, .keep = coarse.nodes}, context);
-  SymmetryList list(surface, index);
   for (const EdgeHypothesis& h : FindEdgeHypotheses(c.Subset(nodes.rows),
                                                     {.resolution_m = l,
                                                     .edges_per_node = coarse.edges_per_node,
                                                     .hypotheses = coarse.hypotheses},
                                                     context)) {
     const RigidTransform motion = RefineOnInliers(c, h.target_from_source, 3.0 * l);
+    list.Offer(motion);
+    list.Offer(motion.Inverse());
+  }
+  for (const RigidTransform& image : FindStructureImages(surface, index, surface, index, {})) {
+    if (!list.MayHold(image)) continue;
+    const RigidTransform motion = RefineOnSelf(surface, index, image);
     list.Offer(motion);
     list.Offer(motion.Inverse());
   }

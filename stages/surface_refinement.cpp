@@ -13,6 +13,8 @@ constexpr double kReach = 2.0;                       // voxels, between matched 
 const double kLargestAngleCosine = std::sqrt(0.75);  // 30 deg between matched normals
 constexpr int kFewestMatches = 100;
 constexpr double kGroupEdge = 20.0;        // voxels: errors farther apart are independent
+constexpr double kFilledVoxel = 12.0;      // edge squared to variance of uniformly spread points
+constexpr double kSharedError = 0.02;      // voxels: of all means together, whatever their number
 constexpr std::size_t kFewestGroups = 30;  // five per unknown
 using Options = SurfaceRefinementOptions;
 
@@ -26,7 +28,7 @@ class Iteration {
     const Eigen::Vector3d residual = moved - fixed;
     constexpr double kCauchy2 = 2.4 * 2.4;  // 95 % efficiency where residuals are normal
     const double robust_weight =
-        robust ? 1.0 / (1.0 + residual.dot(inverse * residual) / kCauchy2) : 1.0;
+        robust ? 1.0 / (1.0 + kFilledVoxel * residual.dot(inverse * residual) / kCauchy2) : 1.0;
     Eigen::Matrix<double, 3, 6> jacobian;
     jacobian << -Skew(moved), Eigen::Matrix3d::Identity();
     const Eigen::Matrix<double, 6, 3> weighted = robust_weight * jacobian.transpose() * inverse;
@@ -68,11 +70,12 @@ Eigen::Matrix3d SurfaceCovariance(const Eigen::Vector3d& normal, double l, doubl
          (l * l - across_m * across_m) * normal * normal.transpose();
 }
 
-/// That of its own points; a few of them say little, so they count beside a filled voxel.
+/// That of its own points, scaled so that a filled voxel's is its edge as above (its points' is a
+/// twelfth); a few of them say little, so they count beside a filled voxel.
 Eigen::Matrix3d ClusterCovariance(const PointCluster& cluster, double l, double across_m) {
   constexpr double kPriorPoints = 3.0;
   const Eigen::Matrix3d filled = l * l / 12.0 * Eigen::Matrix3d::Identity();
-  return (cluster.scatter + kPriorPoints * filled) / (cluster.count + kPriorPoints) +
+  return kFilledVoxel * (cluster.scatter + kPriorPoints * filled) / (cluster.count + kPriorPoints) +
          across_m * across_m * Eigen::Matrix3d::Identity();
 }
 
@@ -117,15 +120,22 @@ Iteration Collect(const Surface& source, const Surface& target, const NeighborSe
   return iteration;
 }
 
-/// H M^-1 H, zero where the groups are too few to tell M.
-Matrix6d RobustInformation(const Matrix6d& matrix,
-                           const std::map<std::uint64_t, Vector6d>& groups) {
+/// Inverse of the cluster-robust covariance H^-1 M H^-1 and the error that all pairs share, about
+/// the pairs' centre; zero where the groups are too few to tell M.
+Matrix6d RobustInformation(const Iteration& last, const std::map<std::uint64_t, Vector6d>& groups,
+                           double shared_m) {
   if (groups.size() < kFewestGroups) return Matrix6d::Zero();
   Matrix6d scatter = Matrix6d::Zero();
   for (const auto& [key, gradient] : groups) scatter += gradient * gradient.transpose();
   const auto n = static_cast<double>(groups.size());
   scatter *= n / (n - 6.0);
-  const Matrix6d information = matrix * scatter.ldlt().solve(matrix);
+  const Matrix6d inverse = last.matrix().inverse();
+  Matrix6d shared = Matrix6d::Identity() * shared_m * shared_m;
+  shared.topLeftCorner<3, 3>() /= std::pow(std::max(last.Spread(), 0.1), 2);
+  Matrix6d about = Matrix6d::Identity();  // from a turn about the centre to one about the origin
+  about.bottomLeftCorner<3, 3>() = Skew(last.Center());
+  const Matrix6d covariance = inverse * scatter * inverse + about * shared * about.transpose();
+  const Matrix6d information = covariance.inverse();
   if (!information.allFinite()) return Matrix6d::Zero();
   return 0.5 * (information + information.transpose());
 }
@@ -156,7 +166,8 @@ SurfaceRefinement RefineOnSurfaces(const Surface& source, const Surface& target,
     std::map<std::uint64_t, Vector6d> groups;
     const Iteration last =
         Collect(source, target, target_search, result.target_from_source, options, &groups);
-    result.information = RobustInformation(last.matrix(), groups);
+    result.information =
+        RobustInformation(last, groups, kSharedError * target.model.resolution_m());
     result.center = last.Center();
     result.spread_m = last.Spread();
   }

@@ -23,10 +23,10 @@ struct SurfaceRefinement {
   RigidTransform target_from_source;
   int matches = 0;  ///< pairs of voxels in the last iteration
   int iterations = 0;
-  /// What the pairs know of the motion, without the prior: H M^-1 H with the normal matrix H and M
-  /// the scatter of its gradient over cubes of 20 voxels (White 1980, doi 10.2307/1912934, by
-  /// clusters). Pairs within a cube share their errors, so counting pairs would be too bold. Zero
-  /// where fewer than 30 cubes hold pairs.
+  /// What the pairs know of the motion, without the prior: the inverse of H^-1 M H^-1 with the
+  /// normal matrix H and M the scatter of its gradient over cubes of 20 voxels (White 1980, doi
+  /// 10.2307/1912934, by clusters), and of l / 50 that all pairs share. Pairs within a cube share
+  /// their errors, so counting pairs would be too bold. Zero where fewer than 30 cubes hold pairs.
   Matrix6d information = Matrix6d::Zero();
   Eigen::Vector3d center = Eigen::Vector3d::Zero();  ///< of the pairs, target frame
   double spread_m = 0.0;                             ///< their rms distance from it

@@ -31,10 +31,10 @@ void MeasureClouds(const VerificationInput& input, VerificationResult* result) {
   // Tight, so that furniture that differs by centimetres decides; never tighter than the planes.
   const double tolerance_m =
       std::max(0.3 * input.target.model.resolution_m(), 3.0 * input.fine.rms_m);
-  result->source_in_target =
-      CompareClouds(input.source, input.source_index.sample, input.target, motion, tolerance_m);
+  result->source_in_target = CompareClouds(input.source, input.source_index.sample, input.target,
+                                           input.target_index, motion, tolerance_m);
   result->target_in_source = CompareClouds(input.target, input.target_index.sample, input.source,
-                                           motion.Inverse(), tolerance_m);
+                                           input.source_index, motion.Inverse(), tolerance_m);
   result->overlap = std::min(result->source_in_target.overlap, result->target_in_source.overlap);
   result->conflict = Together(result->source_in_target.conflict, input.target.scanner_credible,
                               result->target_in_source.conflict, input.source.scanner_credible);
@@ -60,6 +60,14 @@ void MeasureChange(const VerificationInput& input, VerificationResult* result) {
 Reason FindFault(const VerificationInput& input, const VerificationOptions& options,
                  const VerificationResult& result) {
   if (input.fine.status == FineResult::Status::kDiverged) return Reason::kFineDiverged;
+  // What chance could have proposed needs clouds that speak for it.
+  const bool could_be_chance =
+      input.consensus && !IsSignificant(*input.consensus, input.consensus_null, options);
+  const bool sighted = input.source.scanner_credible || input.target.scanner_credible;
+  if (could_be_chance && (!sighted || result.overlap < options.sure_overlap ||
+                          result.worst_conflict() >= options.sure_conflict)) {
+    return Reason::kNotSignificant;
+  }
   if (result.overlap < options.min_overlap) return Reason::kLowOverlap;
   if (input.level_sigma_rad) {
     constexpr double kModelError = 0.3 * 0.017453292519943295;  // 0.3 deg

@@ -1,0 +1,96 @@
+#include "stages/fine_registration.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/hall_scene.h"
+#include "tests/support/matchers.h"
+
+namespace backsight {
+namespace {
+
+constexpr double kDeg = 0.017453292519943295;
+
+/// Information of a coarse result: half a degree and five centimetres.
+Matrix6d CoarseInformation() {
+  Vector6d sigma;
+  sigma << Eigen::Vector3d::Constant(0.5 * kDeg), Eigen::Vector3d::Constant(0.05);
+  return sigma.cwiseAbs2().cwiseInverse().asDiagonal();
+}
+
+struct PairOfScans {
+  explicit PairOfScans(std::uint64_t seed)
+      : scene(seed, {}),
+        target(scene, {-5.0, -2.5, 1.6}, 10 * seed),
+        source(scene, {2.0, 2.0, 1.7}, 10 * seed + 1),
+        truth(target.world_from_station.Inverse() * source.world_from_station) {}
+
+  FineResult Refine(const RigidTransform& start, const FineOptions& options) const {
+    return RefinePair(
+        {source.surface(), target.surface(), target.index.search, start, CoarseInformation(), {}},
+        options, ExecutionContext(1, 0, nullptr));
+  }
+
+  HallScene scene;
+  HallStation target;
+  HallStation source;
+  RigidTransform truth;
+};
+
+RigidTransform Disturbed(std::uint64_t seed, const RigidTransform& truth) {
+  Random random(seed);
+  return Retract(truth, RandomTwist(random, 0.3 * kDeg, 0.05));
+}
+
+TEST(FineRegistration, RefinesOnPlanesToTheMillimetre) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    const PairOfScans pair(seed);
+    const FineResult result = pair.Refine(Disturbed(seed, pair.truth), {});
+    EXPECT_EQ(result.status, FineResult::Status::kRefined);
+    EXPECT_TRANSFORM_NEAR(result.target_from_source, pair.truth, 0.01 * kDeg, 0.001);
+    EXPECT_GT(result.planes, 50);
+    EXPECT_GT(result.eigenvalue_ratio, 0.0);
+  }
+}
+
+/// With planes forbidden, pairs of voxels must do, and their information must be honest: errors of
+/// about as many standard deviations as it claims.
+TEST(FineRegistration, RefinesOnSurfacesWherePlanesAreFew) {
+  FineOptions options;
+  options.min_planes = 10000;
+  double nees = 0.0;
+  constexpr int kSeeds = 6;
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    const PairOfScans pair(seed);
+    const FineResult result = pair.Refine(Disturbed(seed, pair.truth), options);
+    EXPECT_EQ(result.status, FineResult::Status::kRefinedOnSurfaces) << "seed " << seed;
+    EXPECT_GT(result.surface_matches, 1000);
+    EXPECT_TRANSFORM_NEAR(result.target_from_source, pair.truth, 0.1 * kDeg, 0.01);
+    const Vector6d error = LocalDifference(result.target_from_source, pair.truth);
+    nees += error.dot(result.information * error) / 6.0 / kSeeds;
+  }
+  EXPECT_LT(nees, 6.0) << "too bold";
+  EXPECT_GT(nees, 0.02) << "too timid";
+}
+
+TEST(FineRegistration, ReturnsTheStartWhereNothingMatches) {
+  const PairOfScans pair(2);
+  RigidTransform far = pair.truth;
+  far.translation += Eigen::Vector3d(0.0, 0.0, 200.0);
+  const FineResult result = pair.Refine(far, {});
+  EXPECT_EQ(result.status, FineResult::Status::kTooFewPlanes);
+  EXPECT_EQ(result.target_from_source.Matrix(), far.Matrix());
+  EXPECT_EQ(result.information, CoarseInformation());
+}
+
+TEST(FineRegistration, DoesNotCountSurfacesWherePlanesSuffice) {
+  const PairOfScans pair(3);
+  FineOptions without;
+  without.surfaces = false;
+  const RigidTransform start = Disturbed(3, pair.truth);
+  const FineResult result = pair.Refine(start, {});
+  EXPECT_EQ(result.surface_matches, 0);
+  EXPECT_TRUE(result.information.isApprox(pair.Refine(start, without).information, 1e-9));
+}
+
+}  // namespace
+}  // namespace backsight

@@ -1,0 +1,175 @@
+#include "stages/verification.h"
+
+#include <gtest/gtest.h>
+
+#include "stages/cloud_agreement.h"
+#include "tests/support/hall_scene.h"
+
+namespace backsight {
+namespace {
+
+constexpr double kDeg = 0.017453292519943295;
+
+struct Judged {
+  FineResult fine;
+  VerificationResult result;
+};
+
+/// A pair's verdict at a given motion, taken as refined, with a consensus far from chance.
+VerificationResult Judge(const HallStation& source, const HallStation& target,
+                         const RigidTransform& motion, std::optional<int> consensus = 40,
+                         const VerificationOptions& options = {}) {
+  FineResult fine;
+  fine.status = FineResult::Status::kRefined;
+  fine.target_from_source = motion;
+  fine.weakest_sigma_m = 0.001;
+  Matrix6d information = Matrix6d::Identity();
+  information *= 1e6;
+  return VerifyPair({source.surface(), target.surface(), source.index, target.index, motion,
+                     information, consensus, 4, fine, std::nullopt},
+                    options);
+}
+
+class Verification : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    scene_ = new HallScene(7, {.boxes = 8});
+    first_ = new HallStation(*scene_, {-6.0, -3.0, 1.6}, 11);
+    second_ = new HallStation(*scene_, {3.0, 2.0, 1.7}, 12);
+  }
+  static void TearDownTestSuite() {
+    delete second_;
+    delete first_;
+    delete scene_;
+  }
+  static RigidTransform Truth() {
+    return first_->world_from_station.Inverse() * second_->world_from_station;
+  }
+  /// The same hall entered from the other side: walls, floor and ceiling coincide.
+  static RigidTransform HalfTurned() {
+    RigidTransform turn;
+    turn.rotation = Eigen::Vector3d(-1.0, -1.0, 1.0).asDiagonal();
+    return first_->world_from_station.Inverse() * turn * second_->world_from_station;
+  }
+
+  static HallScene* scene_;
+  static HallStation* first_;
+  static HallStation* second_;
+};
+HallScene* Verification::scene_ = nullptr;
+HallStation* Verification::first_ = nullptr;
+HallStation* Verification::second_ = nullptr;
+
+TEST_F(Verification, AcceptsTheTruth) {
+  const VerificationResult result = Judge(*second_, *first_, Truth());
+  EXPECT_EQ(result.verdict, Verdict::kAccepted) << ToString(result.reason);
+  EXPECT_LT(result.worst_conflict(), 0.02);
+  EXPECT_GT(result.overlap, 0.3);
+}
+
+TEST_F(Verification, TellsTheTruthFromTheHalfTurn) {
+  const VerificationResult truth = Judge(*second_, *first_, Truth());
+  const VerificationResult turned = Judge(*second_, *first_, HalfTurned());
+  EXPECT_TRUE(IsClearlyBetter(truth, turned));
+  EXPECT_FALSE(IsClearlyBetter(turned, truth));
+  EXPECT_GT(turned.worst_conflict(), 0.02) << "boxes were seen through";
+}
+
+TEST_F(Verification, RejectsAMotionThroughAWall) {
+  RigidTransform shifted = Truth();
+  shifted.translation += Eigen::Vector3d(0.0, 0.0, 1.2);
+  const VerificationResult result = Judge(*second_, *first_, shifted);
+  EXPECT_NE(result.verdict, Verdict::kAccepted);
+}
+
+TEST_F(Verification, AsksForMoreThanChance) {
+  EXPECT_TRUE(IsSignificant(10, 6, {}));
+  EXPECT_FALSE(IsSignificant(9, 0, {}));
+  EXPECT_FALSE(IsSignificant(13, 10, {}));
+  const VerificationResult result = Judge(*second_, *first_, Truth(), 7);
+  EXPECT_EQ(result.verdict, Verdict::kDoubtful) << "the clouds speak for it";
+  EXPECT_EQ(result.reason, VerificationResult::Reason::kNotSignificant);
+}
+
+TEST_F(Verification, DoesNotAskAPredictedPairForConsensus) {
+  EXPECT_EQ(Judge(*second_, *first_, Truth(), std::nullopt).verdict, Verdict::kAccepted);
+}
+
+TEST_F(Verification, DoubtsWhatMovedFarFromItsStart) {
+  FineResult fine;
+  fine.status = FineResult::Status::kRefined;
+  fine.target_from_source = Truth();
+  RigidTransform start = Truth();
+  start.translation += Eigen::Vector3d(0.0, 0.0, 0.45);  // more than 4 l
+  Matrix6d information = Matrix6d::Identity();
+  information *= 1e6;
+  const VerificationResult result =
+      VerifyPair({second_->surface(), first_->surface(), second_->index, first_->index, start,
+                  information, 40, 4, fine, std::nullopt},
+                 {});
+  EXPECT_EQ(result.reason, VerificationResult::Reason::kFarFromStart);
+  EXPECT_NEAR(result.shift_l, 4.5, 1e-6);
+}
+
+TEST_F(Verification, RejectsLevelledStationsAtAnAngle) {
+  FineResult fine;
+  fine.status = FineResult::Status::kRefined;
+  Vector6d tilt = Vector6d::Zero();
+  tilt[0] = 0.5 * kDeg;
+  fine.target_from_source = Retract(Truth(), tilt);
+  Matrix6d information = Matrix6d::Identity();
+  const auto judge = [&](std::optional<double> level_sigma) {
+    return VerifyPair({second_->surface(), first_->surface(), second_->index, first_->index,
+                       fine.target_from_source, information, 40, 4, fine, level_sigma},
+                      {})
+        .reason;
+  };
+  EXPECT_EQ(judge(0.01 * kDeg), VerificationResult::Reason::kTilted);
+  EXPECT_NE(judge(std::nullopt), VerificationResult::Reason::kTilted);
+}
+
+TEST_F(Verification, DoesNotAskAScannerThatIsNotCredible) {
+  Surface source = second_->surface();
+  Surface target = first_->surface();
+  source.scanner_credible = target.scanner_credible = false;
+  const RigidTransform turned = HalfTurned();
+  EXPECT_EQ(CompareClouds(source, second_->index.sample, target, first_->index, turned, 0.03)
+                .conflict.value,
+            0.0);
+}
+
+/// People walk about between the scans: no more than a few blocks are seen through.
+TEST(FreeSpace, IsNotDecidedByPeople) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    const HallScene scene(seed, {.boxes = 8});
+    const HallScene busy = scene.WithPeople(seed + 100, 5);
+    const HallScene busy_later = scene.WithPeople(seed + 200, 5);
+    const HallStation a(busy, {-6.0, -3.0, 1.6}, seed);
+    const HallStation b(busy_later, {3.0, 2.0, 1.7}, seed + 1);
+    const RigidTransform truth = a.world_from_station.Inverse() * b.world_from_station;
+    const VerificationResult result = Judge(b, a, truth);
+    EXPECT_EQ(result.verdict, Verdict::kAccepted)
+        << "seed " << seed << " conflict " << result.worst_conflict();
+  }
+}
+
+TEST(FreeSpace, KnowsHiddenFromSeenThrough) {
+  // A wall at x = 10 with a gap beside it, another behind at x = 16.
+  std::vector<Eigen::Vector3d> points;
+  for (double y = -8.0; y <= 8.0; y += 0.04) {
+    for (double z = -1.0; z <= 1.0; z += 0.04) {
+      if (y < 0.0) points.emplace_back(10.02, y, z);
+      if (y > 0.0) points.emplace_back(16.02, 1.6 * y, 1.6 * z);
+    }
+  }
+  const StationModel model = MakeSeenStation(points, 0.1);
+  const Eigen::Vector3f facing(-1.0F, 0.0F, 0.0F);
+  EXPECT_EQ(LookAt(model, {10.0, -4.0, 0.0}, facing), Sight::kAgrees);
+  EXPECT_EQ(LookAt(model, {14.0, -4.0, 0.0}, facing), Sight::kHidden);
+  EXPECT_EQ(LookAt(model, {10.0, 4.0, 0.0}, facing), Sight::kSeenThrough);
+  EXPECT_EQ(LookAt(model, {16.0, 4.0, 0.0}, facing), Sight::kAgrees);
+  EXPECT_EQ(LookAt(model, {-5.0, 0.0, 0.0}, facing), Sight::kNotInView);
+}
+
+}  // namespace
+}  // namespace backsight
