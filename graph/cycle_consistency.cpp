@@ -127,8 +127,8 @@ double Quantile(std::vector<double> values, double share) {
   return values[static_cast<std::size_t>(k)];
 }
 
-double EstimateFactor(const CycleFinder& finder, const CycleOptions& options) {
-  // Of rivals over the same stations at most one combination is true: the best stands for all.
+/// Of rivals over the same stations at most one combination is true: the best stands for all.
+std::vector<double> BestOfEachLoop(const CycleFinder& finder) {
   std::vector<double> squared;
   for (const StationLoop& loop : finder.loops) {
     double best = finder.cycles[loop.first].squared_error;
@@ -137,21 +137,7 @@ double EstimateFactor(const CycleFinder& finder, const CycleOptions& options) {
     }
     squared.push_back(best);
   }
-  if (squared.empty()) return 1.0;
-  const auto clamp = [&](double factor) { return std::clamp(factor, 1.0, options.largest_factor); };
-  double factor = clamp(Quantile(squared, 0.1) / kTenthOfChiSquared6);
-  constexpr int kMaxRounds = 20;
-  for (int round = 0; round < kMaxRounds; ++round) {
-    std::vector<double> fitting;
-    for (const double e : squared) {
-      if (e <= options.limit * factor) fitting.push_back(e);
-    }
-    if (fitting.empty()) break;
-    const double next = clamp(Quantile(fitting, 0.5) / kMedianOfChiSquared6);
-    if (next == factor) break;
-    factor = next;
-  }
-  return factor;
+  return squared;
 }
 
 void CountSupport(std::span<const PoseGraphLink> links, const CycleFinder& finder, double limit,
@@ -215,12 +201,31 @@ Misclosure CloseLoop(std::span<const PoseGraphLink> links, std::span<const Matri
   return result;
 }
 
+double EstimateFactorOfLoops(const std::vector<double>& squared_errors,
+                             const CycleOptions& options) {
+  if (squared_errors.empty()) return 1.0;
+  const auto clamp = [&](double factor) { return std::clamp(factor, 1.0, options.largest_factor); };
+  double factor = clamp(Quantile(squared_errors, 0.1) / kTenthOfChiSquared6);
+  constexpr int kMaxRounds = 20;
+  for (int round = 0; round < kMaxRounds; ++round) {
+    std::vector<double> fitting;
+    for (const double e : squared_errors) {
+      if (e <= options.limit * factor) fitting.push_back(e);
+    }
+    if (fitting.empty()) break;
+    const double next = clamp(Quantile(fitting, 0.5) / kMedianOfChiSquared6);
+    if (next == factor) break;
+    factor = next;
+  }
+  return factor;
+}
+
 CycleStatistics CheckCycles(int stations, std::span<const PoseGraphLink> links,
                             const CycleOptions& options) {
   const CycleFinder finder(stations, links);
   CycleStatistics result;
   result.support.resize(links.size());
-  result.variance_factor = EstimateFactor(finder, options);
+  result.variance_factor = EstimateFactorOfLoops(BestOfEachLoop(finder), options);
   CountSupport(links, finder, options.limit * result.variance_factor, &result.support);
   result.cycles = finder.cycles;
   return result;

@@ -49,14 +49,18 @@ struct CycleOptions {
 struct CycleStatistics {
   std::vector<Cycle> cycles;
   std::vector<LinkSupport> support;  ///< per link
-  /// Of the links' covariances, from the cycles that close; 1 if none does, and never below 1.
+  /// Of the links' covariances, from the cycles that close (EstimateFactorOfLoops).
   double variance_factor = 1.0;
 };
 
+/// Variance factor from squared errors of loops, true and false: the median of those that fit to
+/// it, found upwards from the tenth part that closes best, so that up to about 85 % may be false.
+/// Not below 1, which it is for none, and not above `largest_factor`.
+double EstimateFactorOfLoops(const std::vector<double>& squared_errors,
+                             const CycleOptions& options);
+
 /// All triangles, and for links on no triangle loops of four (at most 100 station loops for each).
-/// The variance factor is the median squared error of those cycles that fit to it, found upwards
-/// from the tenth part that closes best, so that up to about 85 % of the cycles may be false. Time
-/// O(links * links per station), times the number of rivals per pair cubed.
+/// Time O(links * links per station), times the number of rivals per pair cubed.
 CycleStatistics CheckCycles(int stations, std::span<const PoseGraphLink> links,
                             const CycleOptions& options);
 

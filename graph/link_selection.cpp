@@ -102,7 +102,7 @@ class Selector {
     first_contradicted_.assign(links_.size(), 0);
     for (const int l : order) {
       if (used_[Slot(l)] != 0 || RivalIsUsed(l)) continue;
-      if (closing[Slot(l)] <= options_.cycle_limit)
+      if (closing[Slot(l)] <= options_.outlier_limit)
         used_[Slot(l)] = 1;
       else
         first_contradicted_[Slot(l)] = 1;

@@ -32,7 +32,6 @@ struct Ambiguity {
 };
 
 struct SelectionOptions {
-  double cycle_limit = 16.81;    ///< chi^2, 6 degrees of freedom, 99 %: a new link fits the tree
   double outlier_limit = 100.0;  ///< squared error beyond which a link contradicts the network
   double score_noise = 0.02;     ///< standard deviation of a link's score
   int max_iterations = 100;      ///< of one adjustment
@@ -53,7 +52,7 @@ struct LinkSelection {
 ///   1. a forest over the links in the order of their cycles, then of their lead over rivals, then
 ///   of
 ///      confidence; doubtful links only where cycles confirm them;
-///   2. the links that close a loop with it within cycle_limit, with the errors along the forest;
+///   2. the links that close a loop with it within outlier_limit, with the errors along the forest;
 ///      adjustment; then links within outlier_limit in, others out, to a fixed point;
 ///   3. stations to better places as long as there are any (FindRivalPlacements);
 ///   4. doubtful links that neither a way over accepted links nor two ways over others confirm:

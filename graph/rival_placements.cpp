@@ -39,6 +39,12 @@ struct Vote {
 /// Votes of one displacement by (moved station, station left).
 using Votes = std::map<std::pair<int, int>, Vote>;
 
+/// The best placement so far, and the used links across any undecided one.
+struct Search {
+  std::optional<RivalPlacement> best;
+  std::set<int> suspects;
+};
+
 class Finder {
  public:
   Finder(std::span<const PoseGraphLink> links, std::span<const char> eligible,
@@ -47,10 +53,10 @@ class Finder {
       : links_(links), used_(used), poses_(poses), options_(options) {
     const int stations = static_cast<int>(poses.size());
     component_ = FindComponents(stations, links, used);
-    const std::vector<char> bridges = FindBridges(stations, links, used);
+    bridges_ = FindBridges(stations, links, used);
     std::vector<char> held_twice(used.begin(), used.end());
     for (std::size_t l = 0; l < links.size(); ++l) {
-      if (bridges[l] != 0) held_twice[l] = 0;
+      if (bridges_[l] != 0) held_twice[l] = 0;
     }
     rigid_part_ = FindComponents(stations, links, held_twice);
     for (std::size_t l = 0; l < links.size(); ++l) {
@@ -77,10 +83,12 @@ class Finder {
       const PoseGraphLink& link = Link(rival.link);
       const std::vector<Demand> demands = SameDisplacement(rival);
       for (const Demand& demand : demands) done[static_cast<std::size_t>(demand.link)] = 1;
-      if (demands.size() == 1 && At(rigid_part_, link.source) == At(rigid_part_, link.target)) {
-        continue;
-      }
-      if (auto best = BestSet(rival.displacement, demands)) found.push_back(std::move(*best));
+      const bool alone = std::all_of(demands.begin(), demands.end(), [&](const Demand& demand) {
+        return demand.link == rival.link;
+      });
+      if (alone && At(rigid_part_, link.source) == At(rigid_part_, link.target)) continue;
+      std::optional<RivalPlacement> best = alone ? LoneSet(rival) : BestSet(rival, demands);
+      if (best) found.push_back(std::move(*best));
     }
     return found;
   }
@@ -154,78 +162,109 @@ class Finder {
     return votes;
   }
 
-  std::optional<RivalPlacement> BestSet(const RigidTransform& displacement,
-                                        const std::vector<Demand>& demands) const {
-    const Votes votes = CollectVotes(demands, At(component_, demands.front().mover));
-    std::optional<RivalPlacement> best;
-    std::set<int> suspects;
-    for (const Demand& demand : demands) Grow(votes, demand, &best, &suspects);
-    if (!best) return best;
-    best->displacement = displacement;
-    const bool alone = std::any_of(best->links.begin(), best->links.end(), [&](int l) {
-      return std::none_of(votes.begin(), votes.end(), [&](const auto& entry) {
-        return entry.second.rival == l && entry.second.used >= 0;
-      });
-    });
-    if (alone) best->suspects.assign(suspects.begin(), suspects.end());
-    return best;
+  /// A rival that no other agrees with stands against each single link that holds its ends
+  /// together.
+  std::optional<RivalPlacement> LoneSet(const Rival& rival) const {
+    const PoseGraphLink& link = Link(rival.link);
+    const Votes votes =
+        CollectVotes({{rival.link, link.source, link.target}}, At(component_, link.source));
+    Search search;
+    for (std::size_t b = 0; b < links_.size(); ++b) {
+      if (bridges_[b] == 0) continue;
+      std::vector<char> without(used_.begin(), used_.end());
+      without[b] = 0;
+      const std::vector<int> part =
+          FindComponents(static_cast<int>(poses_.size()), links_, without);
+      if (At(part, link.source) == At(part, link.target)) continue;
+      std::vector<char> inside;
+      for (const int p : part) inside.push_back(p == At(part, link.source) ? 1 : 0);
+      Consider(votes, inside, &search);
+    }
+    return Conclude(rival, votes, std::move(search));
   }
 
-  /// Adds stations to {mover} in order of the margin they leave, never `other`.
-  void Grow(const Votes& votes, const Demand& demand, std::optional<RivalPlacement>* best,
-            std::set<int>* suspects) const {
-    std::map<int, double> change;  // of the margin, by adding a station to the set
-    for (const auto& [ends, vote] : votes) {
-      const double weight = Weigh(vote);
-      change[ends.first] += weight;
-      change[ends.second] += 0.0;
+  std::optional<RivalPlacement> BestSet(const Rival& rival,
+                                        const std::vector<Demand>& demands) const {
+    const Votes votes = CollectVotes(demands, At(component_, demands.front().mover));
+    Search search;
+    for (const Demand& demand : demands) {
+      Grow(votes, demand, true, &search);
+      Grow(votes, demand, false, &search);
     }
+    return Conclude(rival, votes, std::move(search));
+  }
+
+  static std::optional<RivalPlacement> Conclude(const Rival& rival, const Votes& votes,
+                                                Search search) {
+    if (!search.best) return std::nullopt;
+    search.best->displacement = rival.displacement;
+    std::set<int> with_rival;
+    for (const auto& [ends, vote] : votes) {
+      if (vote.used >= 0 && vote.rival >= 0) with_rival.insert(vote.rival);
+    }
+    const auto& speaking = search.best->links;
+    if (std::any_of(speaking.begin(), speaking.end(),
+                    [&](int l) { return !with_rival.contains(l); })) {
+      search.best->suspects.assign(search.suspects.begin(), search.suspects.end());
+    }
+    return std::move(search.best);
+  }
+
+  /// Adds stations to the mover's side, never `other`, in order of the margin they leave; or
+  /// (`movers` false) to the other's side, never the mover.
+  void Grow(const Votes& votes, const Demand& demand, bool movers, Search* search) const {
+    std::map<int, double> change;  // of the margin, by adding a station to the side
     std::vector<char> inside(poses_.size(), 0);
-    const std::size_t stations = change.size();
-    int next = demand.mover;
-    double margin = 0.0;
-    for (std::size_t size = 1; size < stations; ++size) {
-      margin += change[next];
+    for (const auto& [ends, vote] : votes) {
+      change[movers ? ends.first : ends.second] += Weigh(vote);
+      change[movers ? ends.second : ends.first] += 0.0;
+    }
+    if (!movers) {
+      for (const auto& [station, delta] : change) inside[static_cast<std::size_t>(station)] = 1;
+    }
+    const int never = movers ? demand.other : demand.mover;
+    int next = movers ? demand.mover : demand.other;
+    while (next >= 0) {
       change.erase(next);
-      inside[static_cast<std::size_t>(next)] = 1;
-      Consider(votes, inside, margin, best, suspects);
+      inside[static_cast<std::size_t>(next)] = movers ? 1 : 0;
+      Consider(votes, inside, search);
       for (auto& [station, delta] : change) {
-        // The station no longer breaks with `next`, and `next` no longer with the station.
-        const auto there = votes.find({station, next});
-        if (there != votes.end()) delta -= Weigh(there->second);
-        const auto back = votes.find({next, station});
-        if (back != votes.end()) delta -= Weigh(back->second);
+        // What runs between the station and `next` would no longer be cut.
+        for (const std::pair<int, int>& ends : {std::pair{station, next}, {next, station}}) {
+          const auto vote = votes.find(ends);
+          if (vote != votes.end()) delta -= Weigh(vote->second);
+        }
       }
       next = -1;
       for (const auto& [station, delta] : change) {
-        if (station != demand.other && (next < 0 || delta < change[next])) next = station;
+        if (station != never && (next < 0 || delta < change[next])) next = station;
       }
-      if (next < 0) return;
     }
   }
 
-  void Consider(const Votes& votes, const std::vector<char>& inside, double margin,
-                std::optional<RivalPlacement>* best, std::set<int>* suspects) const {
+  /// Weighs the placement that moves the stations `inside`.
+  void Consider(const Votes& votes, const std::vector<char>& inside, Search* search) const {
     RivalPlacement placement;
     int variance = 0;
     for (const auto& [ends, vote] : votes) {
       if (At(inside, ends.first) == 0 || At(inside, ends.second) != 0) continue;
+      placement.margin += Weigh(vote);
       variance += vote.used >= 0 && vote.rival >= 0 ? 1 : 2;
       if (vote.used >= 0) placement.suspects.push_back(vote.used);
       if (vote.rival >= 0) placement.links.push_back(vote.rival);
     }
     placement.kept = static_cast<int>(placement.suspects.size());
     if (placement.links.size() < 2 && placement.kept > 1) return;
-    placement.margin = margin;
     placement.noise = 3.0 * std::sqrt(static_cast<double>(variance));
     if (placement.Undecided()) {
-      suspects->insert(placement.suspects.begin(), placement.suspects.end());
+      search->suspects.insert(placement.suspects.begin(), placement.suspects.end());
     }
-    if (*best && (*best)->margin - (*best)->noise <= placement.margin - placement.noise) return;
+    std::optional<RivalPlacement>& best = search->best;
+    if (best && best->margin - best->noise <= placement.margin - placement.noise) return;
     for (std::size_t s = 0; s < inside.size(); ++s) {
       if (inside[s] != 0) placement.stations.push_back(static_cast<int>(s));
     }
-    *best = std::move(placement);
+    best = std::move(placement);
   }
 
   std::span<const PoseGraphLink> links_;
@@ -233,6 +272,7 @@ class Finder {
   std::span<const RigidTransform> poses_;
   RivalOptions options_;
   std::vector<int> component_;
+  std::vector<char> bridges_;
   std::vector<int> rigid_part_;  ///< stations that no single used link holds together
   std::vector<Rival> rivals_;
   std::map<int, std::vector<int>> neighbours_;  ///< used links by station

@@ -6,6 +6,8 @@
 #include <numbers>
 
 #include "graph/graph_connectivity.h"
+#include "graph/spanning_tree.h"
+#include "graph/tree_loops.h"
 
 namespace backsight {
 namespace {
@@ -55,6 +57,25 @@ int Redundancy(const std::vector<int>& component, const std::vector<double>& wei
   return 6 * (static_cast<int>(used) - (static_cast<int>(component.size()) - components));
 }
 
+/// Variance factor from the squared residuals of an adjustment whose redundancy is `share` of its
+/// observations. Residuals beyond chi^2's 99 % count as that (Winsor), lest a link on the verge of
+/// being false excuse itself.
+double EstimateFactorOfResiduals(std::vector<double> squared, double share) {
+  constexpr double kMedianOfChiSquared6 = 5.348;
+  constexpr double kLimit = 16.81;
+  constexpr double kMeanBelowLimit = 5.975;  // of min(chi^2_6, kLimit)
+  const auto middle = squared.begin() + static_cast<std::ptrdiff_t>(squared.size() / 2);
+  std::nth_element(squared.begin(), middle, squared.end());
+  double factor = *middle / (kMedianOfChiSquared6 * share);
+  constexpr int kRounds = 30;
+  for (int round = 0; round < kRounds; ++round) {
+    double sum = 0.0;
+    for (const double e : squared) sum += std::min(e / share, kLimit * factor);
+    factor = sum / (kMeanBelowLimit * static_cast<double>(squared.size()));
+  }
+  return factor;
+}
+
 /// Adjusts the links that the selection uses and returns the variance factor that this asks for.
 double AdjustSelected(std::span<const PoseGraphLink> links, const LinkSelection& selection,
                       PoseGraphResult* poses) {
@@ -67,7 +88,12 @@ double AdjustSelected(std::span<const PoseGraphLink> links, const LinkSelection&
                           selection.survey_from_station, {.robust = false});
   poses->weights.assign(use.begin(), use.end());
   const int redundancy = Redundancy(poses->component, poses->weights);
-  return redundancy > 0 ? 2.0 * poses->cost / redundancy : 1.0;
+  if (redundancy <= 0) return 0.0;
+  std::vector<double> squared;
+  for (const PoseGraphLink& link : used) {
+    squared.push_back(SquaredError(link, poses->survey_from_station));
+  }
+  return EstimateFactorOfResiduals(squared, redundancy / (6.0 * static_cast<double>(used.size())));
 }
 
 LinkSelection UseAll(int stations, std::span<const PoseGraphLink> links) {
@@ -79,14 +105,26 @@ LinkSelection UseAll(int stations, std::span<const PoseGraphLink> links) {
   return selection;
 }
 
+/// Where no loop is shorter than five links, a corridor around a block: from the loops that links
+/// close over a spanning forest.
+double FactorOfLongLoops(int stations, std::span<const PoseGraphLink> links) {
+  const SpanningForest forest = BuildSpanningForest(stations, links, {});
+  std::vector<double> squared;
+  for (const double error : TreeLoopErrors(stations, links, forest)) {
+    if (error > 0.0 && std::isfinite(error)) squared.push_back(error);
+  }
+  return EstimateFactorOfLoops(squared, {.largest_factor = kLargestVarianceFactor});
+}
+
 /// Selection and adjustment with the links' scale of error re-estimated until the selection stays.
 LinkSelection SolveWithScale(int stations, const NetworkOptions& options,
                              std::vector<PoseGraphLink>* links, NetworkResult* result) {
   const CycleStatistics cycles =
       CheckCycles(stations, *links, {.largest_factor = kLargestVarianceFactor});
   result->support = cycles.support;
-  result->cycle_sigma_factor = std::sqrt(cycles.variance_factor);
   double factor = cycles.variance_factor;
+  if (cycles.cycles.empty()) factor = FactorOfLongLoops(stations, *links);
+  result->cycle_sigma_factor = std::sqrt(factor);
   ScaleInformation(1.0 / factor, links);
   LinkSelection selection;
   constexpr int kMaxRounds = 4;

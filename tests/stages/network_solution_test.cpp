@@ -186,6 +186,19 @@ TEST(SolveNetwork, ARingThatDoesNotCloseFallsApart) {
     PoseGraphLink& link = network.links[seed];
     link = Displaced(link, network, {Eigen::Matrix3d::Identity(), {4.0, 0.0, 0.0}});
     EXPECT_EQ(Count(Solve(network), LinkFate::kAmbiguous), 7) << seed;
+    // A tail is not concerned, nor is a part that closes by itself.
+    const auto tail = MakeNetwork(seed + 20, 4, 1.0, 1.0);
+    const RigidTransform start = network.survey_from_station[6];
+    for (std::size_t s = 1; s < 4; ++s) {
+      network.survey_from_station.push_back(start * tail.survey_from_station[s]);
+    }
+    for (PoseGraphLink own : tail.links) {
+      own.source += 6, own.target += 6;
+      network.links.push_back(own);
+    }
+    const auto result = Solve(network);
+    EXPECT_EQ(Count(result, LinkFate::kAmbiguous), 7) << seed;
+    EXPECT_EQ(Count(result, LinkFate::kUsed), 6) << seed;
   }
 }
 
