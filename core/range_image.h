@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <utility>
 #include <vector>
 
 namespace backsight {
@@ -23,13 +24,31 @@ class RangeImage {
   /// The pixel in whose direction `point` lies.
   const Pixel& At(const Eigen::Vector3d& point) const { return pixels_[Index(point)]; }
 
+  /// What was measured in the pixel of a direction and those around it.
+  struct Window {
+    float nearest_m = 0.0F;   ///< 0: nothing was measured
+    float farthest_m = 0.0F;  ///< likewise
+    float gap_m = 0.0F;  ///< from the point's range to the closest end of a pixel's ranges, >= 0
+  };
+  /// Three by three pixels about `point`; where pixels are narrow, near the poles, as many columns
+  /// as make up the same angle. Time O(9), at the poles O(columns).
+  Window Around(const Eigen::Vector3d& point) const;
+
   const Eigen::Vector3d& origin() const { return origin_; }
   int rows() const { return rows_; }
   int columns() const { return columns_; }
+  /// Edge of a pixel, radians.
+  double PixelAngle() const;
   /// Share of directions, by solid angle, in which something was measured, 0 to 1.
   double Coverage() const;
 
  private:
+  std::size_t Index(int row, int column) const {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
+           static_cast<std::size_t>(column);
+  }
+  /// Row and column of the direction from the origin to a point.
+  std::pair<int, int> Cell(const Eigen::Vector3d& direction) const;
   std::size_t Index(const Eigen::Vector3d& point) const;
 
   Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();

@@ -53,8 +53,9 @@ Network BuildNetwork(const std::vector<Station>& stations, const std::vector<Pai
   for (const Pair& pair : pairs) {
     network.link_of_pair.push_back(pair.accepted() ? static_cast<int>(links.size()) : -1);
     if (!pair.accepted()) continue;
-    links.push_back({pair.source, pair.target, pair.fine.target_from_source, pair.fine.information,
-                     pair.fine.planes * pair.verification.overlap});
+    const PairCandidate& best = *pair.best();
+    links.push_back({pair.source, pair.target, best.fine.target_from_source, best.fine.information,
+                     (1 + best.fine.planes) * best.verification.overlap});
   }
   network.solution = SolveNetwork(static_cast<int>(stations.size()), links, options);
   network.component = RankComponents(network.solution.poses.component);

@@ -8,7 +8,6 @@
 #include <set>
 
 #include "graph/spanning_tree.h"
-#include "pipeline/predicted_pair.h"
 #include "stages/overlap_prediction.h"
 #include "stages/pair_ranking.h"
 #include "stages/pair_selection.h"
@@ -63,22 +62,33 @@ std::vector<RankedStation> RankedStations(const std::vector<Station>& stations) 
   return ranked;
 }
 
-/// Rejects an accepted motion that the priors of both stations rule out.
+/// Rejects motions that the priors of both stations rule out; a rival that they allow comes first.
 void CheckPriors(const std::vector<Station>& stations, Pair* pair) {
   const Station& source = stations[At(pair->source)];
   const Station& target = stations[At(pair->target)];
-  if (!pair->accepted() || !source.spec.prior || !target.spec.prior) return;
-  const RigidTransform motion = target.model.StationFromInstrument() *
-                                pair->fine.target_from_source *
-                                source.model.StationFromInstrument().Inverse();
-  if (ContradictsPriors(*source.spec.prior, *target.spec.prior, motion,
-                        target.model.resolution_m())) {
-    pair->verification.reason = VerificationResult::Reason::kContradictsPrior;
+  if (!source.spec.prior || !target.spec.prior) return;
+  for (PairCandidate& candidate : pair->candidates) {
+    if (candidate.verification.verdict == Verdict::kRejected) continue;
+    const RigidTransform motion = target.model.StationFromInstrument() *
+                                  candidate.fine.target_from_source *
+                                  source.model.StationFromInstrument().Inverse();
+    if (!ContradictsPriors(*source.spec.prior, *target.spec.prior, motion,
+                           target.model.resolution_m())) {
+      continue;
+    }
+    candidate.verification.verdict = Verdict::kRejected;
+    candidate.verification.reason = VerificationResult::Reason::kContradictsPrior;
   }
+  std::stable_partition(pair->candidates.begin(), pair->candidates.end(),
+                        [](const PairCandidate& candidate) {
+                          return candidate.verification.verdict != Verdict::kRejected;
+                        });
 }
 
 /// Confidence of an accepted pair for the spanning tree, as in the network solution.
-double Confidence(const Pair& pair) { return (1 + pair.fine.planes) * pair.verification.overlap; }
+double Confidence(const Pair& pair) {
+  return (1 + pair.best()->fine.planes) * pair.best()->verification.overlap;
+}
 
 /// The state of one discovery.
 class Discovery {
@@ -124,8 +134,8 @@ class Discovery {
     std::vector<PoseGraphLink> links;
     for (const Pair& pair : pairs_) {
       if (!pair.accepted()) continue;
-      links.push_back({pair.source, pair.target, pair.fine.target_from_source, Matrix6d::Identity(),
-                       Confidence(pair)});
+      links.push_back({pair.source, pair.target, pair.best()->fine.target_from_source,
+                       Matrix6d::Identity(), Confidence(pair)});
     }
     return BuildSpanningForest(static_cast<int>(stations_.size()), links, {});
   }
@@ -178,7 +188,7 @@ class Discovery {
       if (full) {
         RegisterPair(stations_, options_, context_, &results[k]);
       } else {
-        RegisterPredictedPair(stations_, options_, context_, Relative(i), &results[k]);
+        RegisterPairFrom(stations_, options_, context_, Relative(i), &results[k]);
       }
       CheckPriors(stations_, &results[k]);
       context_.Progress("pairs", ++done, total);

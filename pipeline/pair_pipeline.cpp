@@ -24,39 +24,172 @@ std::optional<double> LevelSigma(const StationSpec& a, const StationSpec& b) {
   return std::hypot(a.level_sigma_deg, b.level_sigma_deg) * std::numbers::pi / 180.0;
 }
 
+/// Both stations of a pair as the stages want them.
+struct PairClouds {
+  PairClouds(const Station& s, const Station& t)
+      : source{s.model, s.features.normals, s.features.scanner_credible},
+        target{t.model, t.features.normals, t.features.scanner_credible},
+        source_index(*s.index),
+        target_index(*t.index),
+        level_sigma_rad(LevelSigma(s.spec, t.spec)),
+        symmetric(!s.symmetries.empty() || !t.symmetries.empty()) {}
+
+  /// Agreement less eight times the conflict, mean of both directions: a motion under which one
+  /// block in eight is seen through is worthless however much of it agrees.
+  double Score(const CloudSample& of_source, const CloudSample& of_target,
+               const RigidTransform& target_from_source) const {
+    constexpr double kConflictWeight = 8.0;
+    const double tolerance_m = 2.0 * target.model.resolution_m();
+    const CloudAgreement there =
+        CompareClouds(source, of_source, target, target_from_source, tolerance_m);
+    const CloudAgreement back =
+        CompareClouds(target, of_target, source, target_from_source.Inverse(), tolerance_m);
+    return 0.5 * (there.score + back.score -
+                  kConflictWeight * (there.conflict.value + back.conflict.value));
+  }
+
+  /// A few steps on a tenth of the voxels: enough to compare motions.
+  RigidTransform Refine(const RigidTransform& target_from_source) const {
+    SurfaceRefinementOptions few;
+    few.normal_sigma_m = 0.1 * target.model.resolution_m();
+    few.sample = 2000;
+    few.max_iterations = 6;
+    return RefineOnSurfaces(source, target, target_index.search, target_from_source,
+                            Matrix6d::Zero(), few)
+        .target_from_source;
+  }
+
+  Surface source;
+  Surface target;
+  const CloudIndex& source_index;
+  const CloudIndex& target_index;
+  std::optional<double> level_sigma_rad;
+  bool symmetric;
+};
+
+/// Refines and verifies one motion.
+PairCandidate MakeCandidate(const PairClouds& clouds, CoarseCandidate coarse,
+                            std::vector<Eigen::Vector3d> structure_points,
+                            std::optional<int> consensus, int consensus_null,
+                            const SurveyOptions& options, const ExecutionContext& context) {
+  PairCandidate candidate;
+  const FineInput fine_input{clouds.source,
+                             clouds.target,
+                             clouds.target_index.search,
+                             coarse.target_from_source,
+                             coarse.information,
+                             std::move(structure_points)};
+  candidate.fine = RefinePair(fine_input, options.fine, context);
+  candidate.verification = VerifyPair(
+      {clouds.source, clouds.target, clouds.source_index, clouds.target_index,
+       coarse.target_from_source, coarse.information, consensus, consensus_null, candidate.fine,
+       clouds.level_sigma_rad, clouds.symmetric && consensus.has_value()},
+      options.verification);
+  candidate.coarse = std::move(coarse);
+  return candidate;
+}
+
+/// Puts the best candidate first: among those that no scanner contradicts significantly more than
+/// the least contradicted, the one whose surfaces fit best. Where another fits as well, no
+/// candidate is accepted.
+void RankCandidates(std::vector<PairCandidate>* candidates) {
+  const auto rejected = [](const PairCandidate& c) {
+    return c.verification.verdict == Verdict::kRejected;
+  };
+  std::stable_sort(candidates->begin(), candidates->end(),
+                   [&](const PairCandidate& a, const PairCandidate& b) {
+                     if (rejected(a) != rejected(b)) return rejected(b);
+                     return a.verification.conflict.value < b.verification.conflict.value;
+                   });
+  std::size_t best = 0;
+  for (std::size_t i = 1; i < candidates->size(); ++i) {
+    if (rejected((*candidates)[i])) break;
+    const VerificationResult& rival = (*candidates)[i].verification;
+    const bool contradicted = IsContradictedMore(rival, (*candidates)[0].verification);
+    if (!contradicted && rival.quality.value > (*candidates)[best].verification.quality.value) {
+      best = i;
+    }
+  }
+  std::rotate(candidates->begin(), candidates->begin() + static_cast<std::ptrdiff_t>(best),
+              candidates->begin() + static_cast<std::ptrdiff_t>(best) + 1);
+  for (std::size_t i = 1; i < candidates->size(); ++i) {
+    if (rejected((*candidates)[i])) break;
+    if (!IsClearlyBetter((*candidates)[0].verification, (*candidates)[i].verification)) {
+      MarkAmbiguous(&(*candidates)[0].verification);
+      MarkAmbiguous(&(*candidates)[i].verification);
+    }
+  }
+}
+
 void RegisterUnguarded(const Station& source, const Station& target, const SurveyOptions& options,
                        const ExecutionContext& context, Pair* pair) {
-  CoarseInput coarse_input;
-  coarse_input.correspondences =
+  const PairClouds clouds(source, target);
+  CoarseInput input;
+  input.correspondences =
       MatchStations(source.model, source.features, target.model, target.features, options.matching);
-  coarse_input.resolution_m = target.model.resolution_m();
-  coarse_input.source_keypoints = KeypointPositions(source.model, source.features);
-  coarse_input.target_keypoints = KeypointPositions(target.model, target.features);
-  coarse_input.seed = DeriveSeed(context.seed(), "pair " + source.spec.id + " " + target.spec.id);
-  const Surface source_surface{source.model, source.features.normals};
-  const Surface target_surface{target.model, target.features.normals};
-  const bool credible = source.features.scanner_credible && target.features.scanner_credible;
-  coarse_input.cloud_score = [&](const RigidTransform& target_from_source) {
-    return CloudScore(source_surface, target_surface, target_from_source, credible) +
-           CloudScore(target_surface, source_surface, target_from_source.Inverse(), credible);
+  input.resolution_m = target.model.resolution_m();
+  input.source_keypoints = KeypointPositions(source.model, source.features);
+  input.target_keypoints = KeypointPositions(target.model, target.features);
+  input.seed = DeriveSeed(context.seed(), "pair " + source.spec.id + " " + target.spec.id);
+  input.source_symmetries = source.symmetries;
+  input.target_symmetries = target.symmetries;
+  input.cloud_score = [&](const RigidTransform& motion) {
+    return clouds.Score(clouds.source_index.sieve, clouds.target_index.sieve, motion);
   };
-  pair->correspondences = static_cast<int>(coarse_input.correspondences.size());
-  pair->coarse = RegisterCoarse(coarse_input, options.coarse, context);
-
-  if (pair->coarse.status == CoarseResult::Status::kRegistered) {
-    FineInput fine_input{source_surface,
-                         target_surface,
-                         pair->coarse.target_from_source,
-                         pair->coarse.information,
-                         {}};
-    for (const std::uint32_t row : pair->coarse.inliers) {
-      fine_input.structure_points.push_back(coarse_input.correspondences.target[row]);
+  input.full_cloud_score = [&](const RigidTransform& motion) {
+    return clouds.Score(clouds.source_index.sample, clouds.target_index.sample, motion);
+  };
+  input.cloud_refine = [&](const RigidTransform& motion) { return clouds.Refine(motion); };
+  pair->correspondences = static_cast<int>(input.correspondences.size());
+  CoarseResult coarse = RegisterCoarse(input, options.coarse, context);
+  pair->coarse_status = coarse.status;
+  pair->consensus_null = coarse.consensus_null;
+  for (CoarseCandidate& candidate : coarse.candidates) {
+    std::vector<Eigen::Vector3d> structure_points;
+    for (const std::uint32_t row : candidate.inliers) {
+      structure_points.push_back(input.correspondences.target[row]);
     }
-    pair->fine = RefinePair(fine_input, options.fine, context);
+    const int consensus = candidate.consensus;
+    pair->candidates.push_back(MakeCandidate(clouds, std::move(candidate),
+                                             std::move(structure_points), consensus,
+                                             coarse.consensus_null, options, context));
   }
-  pair->verification = VerifyPair({source.model, target.model, credible, pair->coarse, pair->fine,
-                                   LevelSigma(source.spec, target.spec)},
-                                  options.verification);
+  RankCandidates(&pair->candidates);
+}
+
+void RegisterFromUnguarded(const Station& source, const Station& target,
+                           const SurveyOptions& options, const ExecutionContext& context,
+                           const RigidTransform& predicted, Pair* pair) {
+  const PairClouds clouds(source, target);
+  const double l = target.model.resolution_m();
+  CoarseCandidate start;
+  start.target_from_source = predicted;
+  // A prior so weak (10 l, 5 deg) that it only keeps the solution defined.
+  constexpr double kTurnSigma = 5.0 * std::numbers::pi / 180.0;
+  start.information.diagonal() << Eigen::Vector3d::Constant(1.0 / (kTurnSigma * kTurnSigma)),
+      Eigen::Vector3d::Constant(1.0 / (100.0 * l * l));
+  const Correspondences near =
+      MatchPositions(KeypointPositions(source.model, source.features),
+                     KeypointPositions(target.model, target.features), predicted, 4.0 * l);
+  pair->candidates.push_back(
+      MakeCandidate(clouds, std::move(start), near.target, std::nullopt, 0, options, context));
+}
+
+/// Runs a pair's registration; what goes wrong ends in its `fault`.
+template <class Body>
+void Guard(const std::vector<Station>& stations, const ExecutionContext& context, Pair* pair,
+           Body body) {
+  const Station& source = stations[static_cast<std::size_t>(pair->source)];
+  const Station& target = stations[static_cast<std::size_t>(pair->target)];
+  try {
+    context.CheckStop();
+    body(source, target);
+  } catch (const Interrupted&) {
+    throw;
+  } catch (const std::exception& error) {
+    pair->fault = error.what();
+    context.Warning("pair " + source.spec.id + " " + target.spec.id + ": " + pair->fault);
+  }
 }
 
 }  // namespace
@@ -76,19 +209,30 @@ std::vector<Pair> PlanPairs(const std::vector<Station>& stations, const PairSpec
   return pairs;
 }
 
+Verdict Pair::verdict() const {
+  if (!fault.empty() || candidates.empty()) return Verdict::kRejected;
+  return candidates.front().verification.verdict;
+}
+
+VerificationResult::Reason Pair::reason() const {
+  return candidates.empty() ? VerificationResult::Reason::kNotRegistered
+                            : candidates.front().verification.reason;
+}
+
 void RegisterPair(const std::vector<Station>& stations, const SurveyOptions& options,
                   const ExecutionContext& context, Pair* pair) {
-  const Station& source = stations[static_cast<std::size_t>(pair->source)];
-  const Station& target = stations[static_cast<std::size_t>(pair->target)];
-  try {
-    context.CheckStop();
+  Guard(stations, context, pair, [&](const Station& source, const Station& target) {
     RegisterUnguarded(source, target, options, context, pair);
-  } catch (const Interrupted&) {
-    throw;
-  } catch (const std::exception& error) {
-    pair->fault = error.what();
-    context.Warning("pair " + source.spec.id + " " + target.spec.id + ": " + pair->fault);
-  }
+  });
+}
+
+void RegisterPairFrom(const std::vector<Station>& stations, const SurveyOptions& options,
+                      const ExecutionContext& context,
+                      const RigidTransform& predicted_target_from_source, Pair* pair) {
+  pair->predicted = true;
+  Guard(stations, context, pair, [&](const Station& source, const Station& target) {
+    RegisterFromUnguarded(source, target, options, context, predicted_target_from_source, pair);
+  });
 }
 
 void RegisterPairs(const std::vector<Station>& stations, const SurveyOptions& options,

@@ -10,27 +10,48 @@
 
 namespace backsight {
 
-/// One pair from features to a verified transform. Frames: instrument.
+/// One motion of a pair, refined and verified. Frames: instrument.
+struct PairCandidate {
+  CoarseCandidate coarse;
+  FineResult fine;
+  VerificationResult verification;
+};
+
+/// One pair from features to verified motions. Frames: instrument.
 struct Pair {
   int source = 0;
   int target = 0;
   int correspondences = 0;
-  CoarseResult coarse;
-  FineResult fine;
-  VerificationResult verification;
-  std::string fault;  ///< empty: ran to its end, whatever the verification says
+  CoarseResult::Status coarse_status = CoarseResult::Status::kTooFewCorrespondences;
+  int consensus_null = 0;  ///< what chance alone reaches
+  /// Best first; all but the first are its rivals. Empty where the coarse registration found none.
+  std::vector<PairCandidate> candidates;
+  bool predicted = false;  ///< from a predicted pose: no coarse registration
+  std::string fault;       ///< empty: ran to its end, whatever the verification says
 
-  bool accepted() const { return fault.empty() && verification.accepted(); }
+  /// Null where there is none.
+  const PairCandidate* best() const { return candidates.empty() ? nullptr : candidates.data(); }
+  Verdict verdict() const;
+  VerificationResult::Reason reason() const;
+  bool accepted() const { return verdict() == Verdict::kAccepted; }
+  bool doubtful() const { return verdict() == Verdict::kDoubtful; }
 };
 
 /// Indices of the pairs to be registered: every two usable stations but the excluded ones, the
 /// earlier station as target.
 std::vector<Pair> PlanPairs(const std::vector<Station>& stations, const PairSpec& spec);
 
-/// Matching, coarse registration, fine registration, verification. A failure ends in the pair's
-/// `fault`.
+/// Matching, coarse registration, then fine registration and verification of the best motion and
+/// its rivals, which are compared on the refined clouds. A failure ends in the pair's `fault`.
 void RegisterPair(const std::vector<Station>& stations, const SurveyOptions& options,
                   const ExecutionContext& context, Pair* pair);
+
+/// Fine registration and verification alone, from a predicted pose: one candidate. It is judged by
+/// overlap, free space, and how far it moves from the prediction; its information holds next to
+/// nothing of the prediction. About a third of RegisterPair's time.
+void RegisterPairFrom(const std::vector<Station>& stations, const SurveyOptions& options,
+                      const ExecutionContext& context,
+                      const RigidTransform& predicted_target_from_source, Pair* pair);
 
 /// All pairs, side by side.
 void RegisterPairs(const std::vector<Station>& stations, const SurveyOptions& options,

@@ -15,6 +15,8 @@ std::string FineStatusName(FineResult::Status status) {
   switch (status) {
     case FineResult::Status::kRefined:
       return "refined";
+    case FineResult::Status::kRefinedOnSurfaces:
+      return "refined_on_surfaces";
     case FineResult::Status::kWeak:
       return "weak";
     case FineResult::Status::kTooFewPlanes:
@@ -33,28 +35,29 @@ LinkRecord MakeLinkRecord(const std::vector<Station>& stations, const Network& n
   record.source = source.spec.id;
   record.target = target.spec.id;
   record.correspondences = pair.correspondences;
-  record.consensus = pair.coarse.consensus;
-  record.consensus_null = pair.coarse.consensus_null;
+  record.consensus_null = pair.consensus_null;
   if (!pair.fault.empty()) {
     record.reason = pair.fault;
     return record;
   }
   record.status = pair.accepted() ? LinkStatus::kAccepted : LinkStatus::kRejected;
-  record.reason = ToString(pair.verification.reason);
-  if (pair.coarse.status != CoarseResult::Status::kRegistered) return record;
+  record.reason = ToString(pair.reason());
+  const PairCandidate* best = pair.best();
+  if (best == nullptr) return record;
+  record.consensus = best->coarse.consensus;
 
   const auto in_station_frames = [&](const RigidTransform& motion) {
     return target.model.StationFromInstrument() * motion *
            source.model.StationFromInstrument().Inverse();
   };
-  record.coarse = in_station_frames(pair.coarse.target_from_source);
-  record.fine = in_station_frames(pair.fine.target_from_source);
-  record.fine_status = FineStatusName(pair.fine.status);
-  record.overlap = pair.verification.overlap;
-  record.planes = pair.fine.planes;
-  record.rms_m = pair.fine.rms_m;
-  record.weakest_sigma_m = pair.fine.weakest_sigma_m;
-  record.iterations = pair.fine.iterations;
+  record.coarse = in_station_frames(best->coarse.target_from_source);
+  record.fine = in_station_frames(best->fine.target_from_source);
+  record.fine_status = FineStatusName(best->fine.status);
+  record.overlap = best->verification.overlap;
+  record.planes = best->fine.planes;
+  record.rms_m = best->fine.rms_m;
+  record.weakest_sigma_m = best->fine.weakest_sigma_m;
+  record.iterations = best->fine.iterations;
   if (link < 0) return record;
 
   const auto l = static_cast<std::size_t>(link);
@@ -180,7 +183,8 @@ void AddWarnings(RunRecord* run) {
           fmt::format("link {} - {} is uncontrolled: no loop of other links checks it", link.source,
                       link.target));
     }
-    if (link.status == LinkStatus::kAccepted && link.fine_status != "refined") {
+    if (link.status == LinkStatus::kAccepted && link.fine_status != "refined" &&
+        link.fine_status != "refined_on_surfaces") {
       run->warnings.push_back(fmt::format("link {} - {}: fine registration ended as {}",
                                           link.source, link.target, link.fine_status));
     }

@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "core/fingerprint.h"
+#include "stages/station_symmetries.h"
 
 namespace backsight {
 namespace {
@@ -62,6 +63,11 @@ void LoadStation(const SurveyOptions& options, const ExecutionContext& context, 
   station->content_fingerprint = FingerprintOf(station->model);
   station->features = ComputeFeatures(station->model, options.features, context);
   station->record.keypoints = station->features.keypoints.size();
+  station->index = std::make_shared<const CloudIndex>(station->model);
+  const Surface surface{station->model, station->features.normals,
+                        station->features.scanner_credible};
+  station->symmetries = FindSymmetries(surface, station->features, *station->index,
+                                       options.matching, options.coarse, context);
   if (!station->features.scanner_credible) {
     station->record.notes.push_back(
         "the scan does not look as if its scanner had stood at (0, 0, 0); normals were oriented by "

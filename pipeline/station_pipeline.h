@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -8,6 +9,7 @@
 #include "io/scan_reader.h"
 #include "io/survey_project.h"
 #include "pipeline/survey_options.h"
+#include "stages/cloud_agreement.h"
 #include "stages/station_model.h"
 
 namespace backsight {
@@ -18,6 +20,8 @@ struct Station {
   StationSpec spec;
   StationModel model;
   StationFeatures features;
+  std::shared_ptr<const CloudIndex> index;  ///< of the model; set where usable
+  std::vector<RigidTransform> symmetries;   ///< of the station's own cloud
   ScanInfo info;
   ScanRecord record;
   std::string fault;                ///< empty: usable

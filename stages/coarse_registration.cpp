@@ -1,6 +1,8 @@
 #include "stages/coarse_registration.h"
 
 #include <algorithm>
+#include <numbers>
+#include <optional>
 #include <set>
 #include <unordered_map>
 #include <unordered_set>
@@ -51,18 +53,6 @@ double Score(const Correspondences& c, const RigidTransform& transform, double l
   return sum;
 }
 
-/// A few rounds of collecting and refitting pull a hypothesis from one edge to its whole consensus.
-RigidTransform Refine(const Correspondences& c, RigidTransform transform, double limit_m) {
-  constexpr int kRounds = 3;
-  for (int round = 0; round < kRounds; ++round) {
-    const auto rows = RowsWithin(c, transform, limit_m);
-    const auto fit = FitRigid(c.Subset(rows), {});
-    if (!fit) break;
-    transform = *fit;
-  }
-  return transform;
-}
-
 int NullConsensus(const Correspondences& c, double resolution_m, const CoarseOptions& options,
                   std::uint64_t seed, const ExecutionContext& context) {
   int best = 0;
@@ -98,6 +88,105 @@ Correspondences CollectInliers(const CoarseInput& input, const RigidTransform& h
   return c2;
 }
 
+struct ScoredMotion {
+  RigidTransform motion;
+  double score = 0.0;
+};
+
+using MotionScore = std::function<double(const RigidTransform&)>;
+
+/// The motions that compete, best first.
+class MotionPool {
+ public:
+  MotionPool(const Correspondences& c, double resolution_m, MotionScore score)
+      : near_m_(10.0 * resolution_m), score_(std::move(score)) {
+    for (const Eigen::Vector3d& point : c.source) {
+      center_ += point / static_cast<double>(c.size());
+    }
+  }
+
+  /// Unless one like it is there that is as good.
+  void Add(const RigidTransform& motion) {
+    const ScoredMotion entry{motion, score_(motion)};
+    const auto like = [&](const ScoredMotion& other) { return Alike(other.motion, motion); };
+    const bool known = std::any_of(list_.begin(), list_.end(), [&](const ScoredMotion& other) {
+      return like(other) && other.score >= entry.score;
+    });
+    if (known) return;
+    std::erase_if(list_, like);
+    const auto worse = [&](const ScoredMotion& other) { return other.score < entry.score; };
+    list_.insert(std::find_if(list_.begin(), list_.end(), worse), entry);
+  }
+  const std::vector<ScoredMotion>& list() const { return list_; }
+
+ private:
+  /// Closer than 5 deg and 10 l at the middle of the correspondences.
+  bool Alike(const RigidTransform& a, const RigidTransform& b) const {
+    constexpr double kNearAngle = 5.0 * std::numbers::pi / 180.0;
+    return (a * center_ - b * center_).norm() < near_m_ &&
+           RotationAngle(a.rotation, b.rotation) < kNearAngle;
+  }
+
+  double near_m_;
+  MotionScore score_;
+  Eigen::Vector3d center_ = Eigen::Vector3d::Zero();
+  std::vector<ScoredMotion> list_;
+};
+
+/// What RGE found and the images of the best of it under the clouds' own symmetries.
+MotionPool CollectMotions(const CoarseInput& input, const CoarseOptions& options,
+                          const ExecutionContext& context) {
+  const Correspondences& c = input.correspondences;
+  const double limit_m = 3.0 * input.resolution_m;
+  MotionPool pool(
+      c, input.resolution_m,
+      input.cloud_score ? input.cloud_score
+                        : [&c, limit_m](const RigidTransform& m) { return Score(c, m, limit_m); });
+  for (const EdgeHypothesis& h :
+       FindHypotheses(c, input.resolution_m, options, options.hypotheses, context)) {
+    pool.Add(RefineOnInliers(c, h.target_from_source, limit_m));
+  }
+  if (pool.list().empty()) return pool;
+  const RigidTransform best = pool.list().front().motion;
+  for (const RigidTransform& symmetry : input.target_symmetries) pool.Add(symmetry * best);
+  for (const RigidTransform& symmetry : input.source_symmetries) pool.Add(best * symmetry);
+  return pool;
+}
+
+/// The best few, improved by the clouds and scored on more of them. Only the first may be
+/// worthless.
+MotionPool ImproveByClouds(const CoarseInput& input, const MotionPool& pool, std::size_t count) {
+  const Correspondences& c = input.correspondences;
+  const double limit_m = 3.0 * input.resolution_m;
+  MotionPool improved(
+      c, input.resolution_m,
+      input.full_cloud_score ? input.full_cloud_score : [&c, limit_m](const RigidTransform& m) {
+        return Score(c, m, limit_m);
+      });
+  for (std::size_t i = 0; i < std::min(count, pool.list().size()); ++i) {
+    const ScoredMotion& entry = pool.list()[i];
+    if (i > 0 && entry.score <= 0.0) break;
+    improved.Add(input.cloud_refine ? input.cloud_refine(entry.motion) : entry.motion);
+  }
+  return improved;
+}
+
+std::optional<CoarseCandidate> EstimateCandidate(const CoarseInput& input,
+                                                 const RigidTransform& motion) {
+  const double l = input.resolution_m;
+  const Correspondences& c = input.correspondences;
+  const GncWelschResult gnc =
+      EstimateGncWelsch(CollectInliers(input, motion), motion, {.resolution_m = l});
+  if (gnc.status == GncWelschResult::Status::kDegenerate) return std::nullopt;
+  CoarseCandidate candidate;
+  candidate.target_from_source = gnc.target_from_source;
+  candidate.information = gnc.information;
+  candidate.sigma_m = gnc.residual_sd_m;
+  candidate.consensus = DistinctSources(c, gnc.target_from_source, 2.0 * l);
+  candidate.inliers = RowsWithin(c, gnc.target_from_source, 4.0 * l);
+  return candidate;
+}
+
 }  // namespace
 
 void VisitOptions(OptionVisitor& visitor, CoarseOptions& options) {
@@ -107,8 +196,21 @@ void VisitOptions(OptionVisitor& visitor, CoarseOptions& options) {
                   "edges tried per correspondence");
   visitor.Integer("hypotheses", options.hypotheses, "1", 1, 1000,
                   "distinct coarse hypotheses compared");
+  visitor.Integer("rivals", options.rivals, "1", 0, 10,
+                  "other hypotheses, nearly as good as the best, that are refined and compared");
   visitor.Integer("permutations", options.permutations, "1", 0, 100,
                   "runs on shuffled correspondences that tell consensus from chance");
+}
+
+RigidTransform RefineOnInliers(const Correspondences& c, RigidTransform transform, double limit_m) {
+  constexpr int kRounds = 3;
+  for (int round = 0; round < kRounds; ++round) {
+    const auto rows = RowsWithin(c, transform, limit_m);
+    const auto fit = FitRigid(c.Subset(rows), {});
+    if (!fit) break;
+    transform = *fit;
+  }
+  return transform;
 }
 
 CoarseResult RegisterCoarse(const CoarseInput& input, const CoarseOptions& options,
@@ -120,28 +222,23 @@ CoarseResult RegisterCoarse(const CoarseInput& input, const CoarseOptions& optio
   result.status = CoarseResult::Status::kNoConsensus;
   result.consensus_null = NullConsensus(c, l, options, input.seed, context);
 
-  double best_score = 0.0;
-  RigidTransform best;
-  for (const EdgeHypothesis& h : FindHypotheses(c, l, options, options.hypotheses, context)) {
-    const RigidTransform refined = Refine(c, h.target_from_source, 3.0 * l);
-    const double score =
-        input.cloud_score ? input.cloud_score(refined) : Score(c, refined, 3.0 * l);
-    if (score > best_score) best_score = score, best = refined;
-  }
-  if (best_score == 0.0) return result;
+  const MotionPool pool = CollectMotions(input, options, context);
+  if (pool.list().empty()) return result;
 
-  const Correspondences c2 = CollectInliers(input, best);
-  const GncWelschResult gnc = EstimateGncWelsch(c2, best, {.resolution_m = l});
-  if (gnc.status == GncWelschResult::Status::kDegenerate) {
-    result.status = CoarseResult::Status::kDegenerate;
-    return result;
+  const auto wanted = static_cast<std::size_t>(options.rivals) + 1;
+  const MotionPool improved = ImproveByClouds(input, pool, 2 * wanted);
+  const double least_score = 0.5 * improved.list().front().score;
+  for (const ScoredMotion& entry : improved.list()) {
+    const bool rival = !result.candidates.empty();
+    if (rival && (entry.score <= 0.0 || entry.score < least_score)) break;
+    std::optional<CoarseCandidate> candidate = EstimateCandidate(input, entry.motion);
+    if (!candidate) continue;
+    candidate->cloud_score = entry.score;
+    result.candidates.push_back(std::move(*candidate));
+    if (result.candidates.size() == wanted) break;
   }
-  result.status = CoarseResult::Status::kRegistered;
-  result.target_from_source = gnc.target_from_source;
-  result.information = gnc.information;
-  result.sigma_m = gnc.residual_sd_m;
-  result.consensus = DistinctSources(c, gnc.target_from_source, 2.0 * l);
-  result.inliers = RowsWithin(c, gnc.target_from_source, 4.0 * l);
+  result.status = result.candidates.empty() ? CoarseResult::Status::kDegenerate
+                                            : CoarseResult::Status::kRegistered;
   return result;
 }
 

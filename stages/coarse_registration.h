@@ -15,9 +15,20 @@ struct CoarseOptions {
   int nodes = 800;  ///< K_opt, correspondences kept by node reliability
   int edges_per_node = 2;
   int hypotheses = 40;
+  int rivals = 3;        ///< other hypotheses, nearly as good as the best, that are kept
   int permutations = 1;  ///< runs on shuffled correspondences for the significance test
 };
 void VisitOptions(OptionVisitor& visitor, CoarseOptions& options);
+
+/// One motion that the correspondences or the clouds' symmetries propose.
+struct CoarseCandidate {
+  RigidTransform target_from_source;        ///< T_c
+  Matrix6d information = Matrix6d::Zero();  ///< of T_c, Retract's convention
+  int consensus = 0;                        ///< distinct source key points within 2 l under T_c
+  std::vector<std::uint32_t> inliers;       ///< C3: rows within 4 l under T_c
+  double sigma_m = 0.0;                     ///< per-axis noise of the inliers
+  double cloud_score = 0.0;                 ///< of the clouds under T_c; MSAC without clouds
+};
 
 struct CoarseResult {
   enum class Status {
@@ -27,12 +38,10 @@ struct CoarseResult {
     kDegenerate,             ///< the consensus lies on one line
   };
   Status status = Status::kTooFewCorrespondences;
-  RigidTransform target_from_source;        ///< T_c
-  Matrix6d information = Matrix6d::Zero();  ///< of T_c, Retract's convention
-  int consensus = 0;                        ///< distinct source key points within 2 l under T_c
   int consensus_null = 0;  ///< the best that shuffled correspondences reach: chance alone
-  std::vector<std::uint32_t> inliers;  ///< C3: rows within 4 l under T_c
-  double sigma_m = 0.0;                ///< per-axis noise of the inliers
+  /// The best, then its rivals by falling score: motions farther from each other than 5 deg or 10 l
+  /// (at the overlap's centre) whose score is at least half of the best. Empty unless registered.
+  std::vector<CoarseCandidate> candidates;
 };
 
 struct CoarseInput {
@@ -43,13 +52,26 @@ struct CoarseInput {
   std::vector<Eigen::Vector3d> source_keypoints;
   std::vector<Eigen::Vector3d> target_keypoints;
   std::uint64_t seed = 0;  ///< drives the shuffles of the significance test
-  /// How well a motion lays the clouds themselves on each other, larger is better; decides between
-  /// the hypotheses. Without it the correspondences alone decide.
+  /// How well a motion lays the clouds themselves on each other, larger is better, 0 and less is
+  /// worthless; decides between the hypotheses. Without it the correspondences alone decide.
   std::function<double(const RigidTransform&)> cloud_score;
+  /// The same from more of the clouds, for the few that remain.
+  std::function<double(const RigidTransform&)> full_cloud_score;
+  /// Improves a motion by the clouds; without it the correspondences' fit is scored.
+  std::function<RigidTransform(const RigidTransform&)> cloud_refine;
+  /// Motions that carry the source's own cloud onto itself, and the target's: where they are, what
+  /// fits may fit elsewhere too, and the true motion may gather too few key points to be found.
+  std::vector<RigidTransform> source_symmetries;
+  std::vector<RigidTransform> target_symmetries;
 };
 
+/// A few rounds of collecting the rows within `limit_m` and refitting pull a motion from one edge
+/// to its whole consensus.
+RigidTransform RefineOnInliers(const Correspondences& c, RigidTransform transform, double limit_m);
+
 /// Micro-structures graph registration of one pair from putative correspondences: RGN, RGE, choice
-/// among the best hypotheses by the clouds (or by MSAC over distinct key points), GNC-Welsch.
+/// among the best hypotheses and their mirror images by the clouds (or by MSAC over distinct key
+/// points), GNC-Welsch on each that remains.
 CoarseResult RegisterCoarse(const CoarseInput& input, const CoarseOptions& options,
                             const ExecutionContext& context);
 

@@ -1,6 +1,7 @@
 #include "stages/fine_registration.h"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -80,28 +81,152 @@ double Rms(std::span<const WeightedPlane> planes, std::span<const RigidTransform
   return std::sqrt(sum / count);
 }
 
-/// The least determined direction, rotations measured by the shift they cause at the planes' rms
-/// distance from their centre (docs/stages/fine_registration.md).
-void JudgeDegeneracy(std::span<const WeightedPlane> planes,
-                     const RigidTransform& target_from_source, const Matrix6d& information,
-                     FineResult* result) {
-  Eigen::Vector3d center = Eigen::Vector3d::Zero();
-  for (const WeightedPlane& plane : planes) center += plane.observations.back().cluster.mean;
-  center = target_from_source * Eigen::Vector3d(center / static_cast<double>(planes.size()));
+/// Where the observations lie: the point about which rotations are judged, and their lever arm.
+struct Footprint {
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();  ///< target frame
+  double lever_m = 0.1;
+};
+
+Footprint FootprintOf(std::span<const WeightedPlane> planes,
+                      const RigidTransform& target_from_source) {
+  Footprint footprint;
+  const auto count = static_cast<double>(planes.size());
+  for (const WeightedPlane& plane : planes) {
+    footprint.center += plane.observations.back().cluster.mean / count;
+  }
+  footprint.center = target_from_source * footprint.center;
   double squared = 0.0;
   for (const WeightedPlane& plane : planes) {
-    squared += (target_from_source * plane.observations.back().cluster.mean - center).squaredNorm();
+    const Eigen::Vector3d mean = target_from_source * plane.observations.back().cluster.mean;
+    squared += (mean - footprint.center).squaredNorm() / count;
   }
-  const double lever_m = std::max(std::sqrt(squared / static_cast<double>(planes.size())), 0.1);
+  footprint.lever_m = std::max(std::sqrt(squared), footprint.lever_m);
+  return footprint;
+}
 
-  // xi about the origin from balanced parameters about the centre.
+/// xi about the origin from balanced parameters about the centre, rotations measured by the shift
+/// they cause at the lever arm (docs/stages/fine_registration.md).
+Matrix6d Balance(const Footprint& footprint) {
   Matrix6d about = Matrix6d::Identity();
-  about.topLeftCorner<3, 3>() /= lever_m;
-  about.bottomLeftCorner<3, 3>() = Skew(center) / lever_m;
-  const Matrix6d balanced = about.transpose() * information * about;
-  const Eigen::SelfAdjointEigenSolver<Matrix6d> solver(balanced);
+  about.topLeftCorner<3, 3>() /= footprint.lever_m;
+  about.bottomLeftCorner<3, 3>() = Skew(footprint.center) / footprint.lever_m;
+  return about;
+}
+
+constexpr double kWeakSigma = 0.005;  // m: what a project can bear
+
+void JudgeDegeneracy(const Matrix6d& information, const Footprint& footprint, FineResult* result) {
+  const Matrix6d about = Balance(footprint);
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> solver(about.transpose() * information * about);
   result->weakest_sigma_m = 1.0 / std::sqrt(std::max(solver.eigenvalues()[0], 1e-12));
   result->weakest_direction = solver.eigenvectors().col(0);
+  result->eigenvalue_ratio =
+      std::max(solver.eigenvalues()[0], 0.0) / std::max(solver.eigenvalues()[5], 1e-12);
+}
+
+/// `more`, but only in the directions that `information` leaves weak: elsewhere both stand on the
+/// same surfaces, and counting them twice would be too bold.
+Matrix6d InWeakDirections(const Matrix6d& information, const Matrix6d& more,
+                          const Footprint& footprint) {
+  const Matrix6d about = Balance(footprint);
+  const Matrix6d back = about.inverse();
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> solver(about.transpose() * information * about);
+  Matrix6d weak = Matrix6d::Zero();
+  for (int d = 0; d < 6; ++d) {
+    const Vector6d axis = solver.eigenvectors().col(d);
+    if (solver.eigenvalues()[d] * kWeakSigma * kWeakSigma < 1.0) weak += axis * axis.transpose();
+  }
+  return back.transpose() * weak * about.transpose() * more * about * weak * back;
+}
+
+/// Whether the motion stays within what the coarse result can be wrong.
+bool IsNear(const RigidTransform& refined, const RigidTransform& coarse, double resolution_m) {
+  constexpr double kLargestTurn = 0.175;
+  return refined.IsValid() &&
+         (refined.translation - coarse.translation).norm() <= 5.0 * resolution_m &&
+         RotationAngle(refined.rotation, coarse.rotation) <= kLargestTurn;
+}
+
+/// Planes of a few rounds of association, each from where the last one left the poses.
+struct PlaneRounds {
+  bool enough = false;
+  std::vector<WeightedPlane> planes;
+  std::vector<RigidTransform> poses;
+  Matrix6d information = Matrix6d::Zero();  ///< with the coarse result's
+};
+
+PlaneRounds AdjustOnPlanes(const FineInput& input, const FineOptions& options,
+                           const ExecutionContext& context, FineResult* result) {
+  const double l = input.target.model.resolution_m();
+  std::vector<PointCluster> target_clusters = Clusters(input.target.model);
+  std::vector<PointCluster> source_clusters = Clusters(input.source.model);
+  if (options.activation == 1) {
+    const double radius_m = options.micro_radius * l;
+    target_clusters =
+        NearStructures(std::move(target_clusters), {}, input.structure_points, radius_m);
+    source_clusters = NearStructures(std::move(source_clusters), input.target_from_source,
+                                     input.structure_points, radius_m);
+  }
+  const std::vector<const std::vector<PointCluster>*> clusters{&target_clusters, &source_clusters};
+  const std::vector<PosePrior> priors{{1, input.target_from_source, input.information}};
+  PlaneRounds rounds;
+  rounds.poses = {RigidTransform{}, input.target_from_source};
+  for (int round = 0; round < options.rounds; ++round) {
+    context.CheckStop();
+    const double tolerance = std::pow(0.5, round);
+    PlaneSearchOptions search;
+    search.root_edge_m = options.root_edge * l;
+    search.max_thickness_m = options.max_thickness_m;
+    search.max_thinness = options.max_thinness;
+    search.max_angle_rad = std::max(0.175 * tolerance, 0.05);
+    search.max_offset_m = std::max(l * tolerance, 0.03);
+    rounds.planes.clear();
+    for (PlaneAssociation& plane : FindPlanes(clusters, rounds.poses, search)) {
+      for (PlaneObservation& o : plane.observations) CapCount(options.effective_points, &o.cluster);
+      rounds.planes.push_back({std::move(plane.observations), 1.0});
+    }
+    result->planes = static_cast<int>(rounds.planes.size());
+    if (result->planes < options.min_planes) return rounds;
+    SetWeights(rounds.poses, &rounds.planes);
+    const PlanarAdjustmentResult adjusted =
+        AdjustPlanes(rounds.planes, priors, rounds.poses, /*fixed_station=*/0,
+                     {.anderson_window = options.anderson_window});
+    rounds.poses = adjusted.poses;
+    rounds.information = adjusted.information.bottomRightCorner<6, 6>();
+    result->iterations += adjusted.iterations;
+    result->anderson_accepted += adjusted.anderson_accepted;
+  }
+  rounds.enough = true;
+  return rounds;
+}
+
+/// Lets pairs of voxels, each with its own covariance, determine what planes leave open.
+void RefineWhereWeak(const FineInput& input, const PlaneRounds& rounds, FineResult* result) {
+  SurfaceRefinementOptions surface_options;
+  surface_options.covariance = SurfaceRefinementOptions::Covariance::kCluster;
+  const RigidTransform start = rounds.enough ? rounds.poses[1] : input.target_from_source;
+  const Matrix6d prior = rounds.enough ? rounds.information : input.information;
+  const SurfaceRefinement surfaces = RefineOnSurfaces(
+      input.source, input.target, input.target_search, start, prior, surface_options);
+  if (surfaces.information.isZero()) return;
+  if (!IsNear(surfaces.target_from_source, input.target_from_source,
+              input.target.model.resolution_m())) {
+    result->status = FineResult::Status::kDiverged;
+    result->target_from_source = input.target_from_source;
+    result->information = input.information;
+    return;
+  }
+  const Footprint footprint = rounds.enough
+                                  ? FootprintOf(rounds.planes, surfaces.target_from_source)
+                                  : Footprint{surfaces.center, std::max(surfaces.spread_m, 0.1)};
+  const Matrix6d known = prior - input.information;  // without the coarse result
+  const Matrix6d added = InWeakDirections(known, surfaces.information, footprint);
+  result->target_from_source = surfaces.target_from_source;
+  result->information = prior + added;
+  result->surface_matches = surfaces.matches;
+  JudgeDegeneracy(known + added, footprint, result);
+  result->status = result->weakest_sigma_m <= kWeakSigma ? FineResult::Status::kRefinedOnSurfaces
+                                                         : FineResult::Status::kWeak;
 }
 
 }  // namespace
@@ -132,72 +257,37 @@ void VisitOptions(OptionVisitor& visitor, FineOptions& options) {
 
 FineResult RefinePair(const FineInput& input, const FineOptions& options,
                       const ExecutionContext& context) {
-  const double l = input.target.model.resolution_m();
-  std::vector<PointCluster> target_clusters = Clusters(input.target.model);
-  std::vector<PointCluster> source_clusters = Clusters(input.source.model);
-  if (options.activation == 1) {
-    const double radius_m = options.micro_radius * l;
-    target_clusters =
-        NearStructures(std::move(target_clusters), {}, input.structure_points, radius_m);
-    source_clusters = NearStructures(std::move(source_clusters), input.target_from_source,
-                                     input.structure_points, radius_m);
-  }
-  const std::vector<const std::vector<PointCluster>*> clusters{&target_clusters, &source_clusters};
-  const std::vector<PosePrior> priors{{1, input.target_from_source, input.information}};
-
   FineResult result;
   result.target_from_source = input.target_from_source;
   result.information = input.information;
-  std::vector<RigidTransform> poses{RigidTransform{}, input.target_from_source};
-  std::vector<WeightedPlane> planes;
-  PlanarAdjustmentResult adjusted;
-  for (int round = 0; round < options.rounds; ++round) {
-    context.CheckStop();
-    const double tolerance = std::pow(0.5, round);
-    PlaneSearchOptions search;
-    search.root_edge_m = options.root_edge * l;
-    search.max_thickness_m = options.max_thickness_m;
-    search.max_thinness = options.max_thinness;
-    search.max_angle_rad = std::max(0.175 * tolerance, 0.05);
-    search.max_offset_m = std::max(l * tolerance, 0.03);
-    planes.clear();
-    for (PlaneAssociation& plane : FindPlanes(clusters, poses, search)) {
-      for (PlaneObservation& o : plane.observations) CapCount(options.effective_points, &o.cluster);
-      planes.push_back({std::move(plane.observations), 1.0});
-    }
-    result.planes = static_cast<int>(planes.size());
-    if (result.planes < options.min_planes) return result;
-    SetWeights(poses, &planes);
-    adjusted = AdjustPlanes(planes, priors, poses, /*fixed_station=*/0,
-                            {.anderson_window = options.anderson_window});
-    poses = adjusted.poses;
-    result.iterations += adjusted.iterations;
-    result.anderson_accepted += adjusted.anderson_accepted;
+  const PlaneRounds rounds = AdjustOnPlanes(input, options, context, &result);
+  if (!rounds.enough) {
+    if (options.surfaces) RefineWhereWeak(input, rounds, &result);
+    return result;
   }
-
-  result.rms_m = Rms(planes, poses);
-  RigidTransform refined = poses[1];
-  const Matrix6d information = adjusted.information.bottomRightCorner<6, 6>();
+  result.rms_m = Rms(rounds.planes, rounds.poses);
+  RigidTransform refined = rounds.poses[1];
   if (options.surfaces) {
-    refined = RefineOnSurfaces(input.source, input.target, refined, information,
-                               std::max(0.5 * result.rms_m, 0.001))
+    SurfaceRefinementOptions surface_options;
+    surface_options.normal_sigma_m = std::max(0.5 * result.rms_m, 0.001);
+    refined = RefineOnSurfaces(input.source, input.target, input.target_search, refined,
+                               rounds.information, surface_options)
                   .target_from_source;
   }
-  const double shift =
-      (refined * Eigen::Vector3d::Zero() - input.target_from_source * Eigen::Vector3d::Zero())
-          .norm();
-  constexpr double kLargestTurn = 0.175;
-  if (!refined.IsValid() || !information.allFinite() || shift > 5.0 * l ||
-      RotationAngle(refined.rotation, input.target_from_source.rotation) > kLargestTurn) {
+  if (!rounds.information.allFinite() ||
+      !IsNear(refined, input.target_from_source, input.target.model.resolution_m())) {
     result.status = FineResult::Status::kDiverged;
     return result;
   }
   result.target_from_source = refined;
-  result.information = information;
-  JudgeDegeneracy(planes, refined, result.information - input.information, &result);
-  constexpr double kWeakSigma = 0.005;
-  result.status = result.weakest_sigma_m <= kWeakSigma ? FineResult::Status::kRefined
-                                                       : FineResult::Status::kWeak;
+  result.information = rounds.information;
+  JudgeDegeneracy(rounds.information - input.information, FootprintOf(rounds.planes, refined),
+                  &result);
+  result.status = FineResult::Status::kRefined;
+  if (result.weakest_sigma_m > kWeakSigma) {
+    result.status = FineResult::Status::kWeak;
+    if (options.surfaces) RefineWhereWeak(input, rounds, &result);
+  }
   return result;
 }
 

@@ -26,18 +26,21 @@ void VisitOptions(OptionVisitor& visitor, FineOptions& options);
 
 struct FineResult {
   enum class Status {
-    kRefined,       ///< planes determine all six degrees of freedom
-    kWeak,          ///< refined; the weakest direction is held by the coarse result
-    kTooFewPlanes,  ///< not refined: coarse transform returned
-    kDiverged,      ///< left the coarse result by more than it can be wrong: coarse returned
+    kRefined,            ///< planes determine all six degrees of freedom
+    kRefinedOnSurfaces,  ///< planes do not; pairs of surface voxels do
+    kWeak,               ///< refined; the weakest direction is held by the coarse result
+    kTooFewPlanes,       ///< neither planes nor surfaces suffice: coarse transform returned
+    kDiverged,           ///< left the coarse result by more than it can be wrong: coarse returned
   };
   Status status = Status::kTooFewPlanes;
   RigidTransform target_from_source;        ///< T_f
   Matrix6d information = Matrix6d::Zero();  ///< Retract's convention
   int planes = 0;
-  double rms_m = 0.0;            ///< point to plane, over all adjusted planes
+  double rms_m = 0.0;            ///< point to plane, over all adjusted planes; 0 without
   double weakest_sigma_m = 0.0;  ///< of the least determined direction, balanced units
   Vector6d weakest_direction = Vector6d::Zero();  ///< unit, rotation scaled by the lever arm
+  double eigenvalue_ratio = 0.0;  ///< smallest to largest, of the balanced information
+  int surface_matches = 0;        ///< pairs of voxels, where planes did not suffice
   int iterations = 0;
   int anderson_accepted = 0;
 };
@@ -45,14 +48,16 @@ struct FineResult {
 struct FineInput {
   Surface source;
   Surface target;
+  const NeighborSearch& target_search;            ///< among the means of the target's leaves
   RigidTransform target_from_source;              ///< T_c
   Matrix6d information = Matrix6d::Zero();        ///< of T_c
   std::vector<Eigen::Vector3d> structure_points;  ///< target points of C3, for activation micro
 };
 
 /// Planar adjustment of one pair (paper section III-E on voxel clusters): finds planes seen by both
-/// stations, adjusts, associates anew, and lets all surfaces take part at last. Instrument frames.
-/// Never NaN: too few planes leave the coarse transform and say so.
+/// stations, adjusts, associates anew, and lets all surfaces take part at last. Where planes are
+/// few or leave a direction open, pairs of voxels determine it. Instrument frames. Never NaN: where
+/// neither suffices the coarse transform stands and the status says so.
 FineResult RefinePair(const FineInput& input, const FineOptions& options,
                       const ExecutionContext& context);
 

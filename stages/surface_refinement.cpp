@@ -1,88 +1,146 @@
 #include "stages/surface_refinement.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-
-#include "core/neighbors.h"
+#include <map>
 
 namespace backsight {
 namespace {
 
 constexpr double kReach = 2.0;                       // voxels, between matched means
 const double kLargestAngleCosine = std::sqrt(0.75);  // 30 deg between matched normals
-constexpr int kMaxIterations = 10;
 constexpr int kFewestMatches = 100;
-
-std::vector<Eigen::Vector3d> Means(const StationModel& model) {
-  std::vector<Eigen::Vector3d> means;
-  means.reserve(model.leaves.size());
-  for (const VoxelLeaf& leaf : model.leaves) means.push_back(leaf.cluster.mean);
-  return means;
-}
+constexpr double kGroupEdge = 20.0;        // voxels: errors farther apart are independent
+constexpr std::size_t kFewestGroups = 30;  // five per unknown
+using Options = SurfaceRefinementOptions;
 
 /// Normal equations of one iteration with nearest neighbours under the current motion.
 class Iteration {
  public:
-  Iteration(double along_sigma_m, double across_sigma_m)
-      : along_(along_sigma_m * along_sigma_m), across_(across_sigma_m * across_sigma_m) {}
-
-  void Add(const Eigen::Vector3d& moved, const Eigen::Vector3d& moved_normal,
-           const Eigen::Vector3d& fixed, const Eigen::Vector3d& fixed_normal) {
-    const Eigen::Matrix3d covariance =
-        2.0 * along_ * Eigen::Matrix3d::Identity() -
-        (along_ - across_) *
-            (moved_normal * moved_normal.transpose() + fixed_normal * fixed_normal.transpose());
-    const Eigen::Matrix3d weight = covariance.inverse();
+  /// A pair of voxels and the covariance of their difference.
+  void Add(const Eigen::Vector3d& moved, const Eigen::Vector3d& fixed,
+           const Eigen::Matrix3d& covariance, bool robust) {
+    const Eigen::Matrix3d inverse = covariance.inverse();
+    const Eigen::Vector3d residual = moved - fixed;
+    constexpr double kCauchy2 = 2.4 * 2.4;  // 95 % efficiency where residuals are normal
+    const double robust_weight =
+        robust ? 1.0 / (1.0 + residual.dot(inverse * residual) / kCauchy2) : 1.0;
     Eigen::Matrix<double, 3, 6> jacobian;
     jacobian << -Skew(moved), Eigen::Matrix3d::Identity();
-    const Eigen::Matrix<double, 6, 3> weighted = jacobian.transpose() * weight;
+    const Eigen::Matrix<double, 6, 3> weighted = robust_weight * jacobian.transpose() * inverse;
     matrix_ += weighted * jacobian;
-    gradient_ += weighted * (moved - fixed);
+    const Vector6d gradient = weighted * residual;
+    gradient_ += gradient;
+    points_ += moved;
+    squares_ += moved.squaredNorm();
     ++matches_;
+    group_gradient_ = gradient;
   }
+  /// The gradient of the pair added last.
+  const Vector6d& last_gradient() const { return group_gradient_; }
 
   Vector6d Solve(const Matrix6d& prior, const Vector6d& prior_residual) const {
     const Matrix6d matrix = matrix_ + prior;
     return -matrix.ldlt().solve(gradient_ + prior * prior_residual);
   }
   int matches() const { return matches_; }
+  const Matrix6d& matrix() const { return matrix_; }
+  Eigen::Vector3d Center() const { return points_ / std::max(matches_, 1); }
+  double Spread() const {
+    const double mean_square = squares_ / std::max(matches_, 1) - Center().squaredNorm();
+    return std::sqrt(std::max(mean_square, 0.0));
+  }
 
  private:
-  double along_, across_;
   Matrix6d matrix_ = Matrix6d::Zero();
   Vector6d gradient_ = Vector6d::Zero();
+  Vector6d group_gradient_ = Vector6d::Zero();
+  Eigen::Vector3d points_ = Eigen::Vector3d::Zero();
+  double squares_ = 0.0;
   int matches_ = 0;
 };
+
+/// Covariance of a voxel's mean as a piece of surface.
+Eigen::Matrix3d SurfaceCovariance(const Eigen::Vector3d& normal, double l, double across_m) {
+  return l * l * Eigen::Matrix3d::Identity() -
+         (l * l - across_m * across_m) * normal * normal.transpose();
+}
+
+/// That of its own points; a few of them say little, so they count beside a filled voxel.
+Eigen::Matrix3d ClusterCovariance(const PointCluster& cluster, double l, double across_m) {
+  constexpr double kPriorPoints = 3.0;
+  const Eigen::Matrix3d filled = l * l / 12.0 * Eigen::Matrix3d::Identity();
+  return (cluster.scatter + kPriorPoints * filled) / (cluster.count + kPriorPoints) +
+         across_m * across_m * Eigen::Matrix3d::Identity();
+}
+
+/// The pairs under a motion; `groups`, if given, gets their gradients by cubes of the source.
+Iteration Collect(const Surface& source, const Surface& target, const NeighborSearch& search,
+                  const RigidTransform& motion, const Options& options,
+                  std::map<std::uint64_t, Vector6d>* groups) {
+  const double l = target.model.resolution_m();
+  const bool by_cluster = options.covariance == Options::Covariance::kCluster;
+  const VoxelLattice lattice{.edge_m = kGroupEdge * l};
+  const std::size_t stride = std::max<std::size_t>(
+      1, source.model.leaves.size() / std::max<std::size_t>(options.sample, 1));
+  Iteration iteration;
+  for (std::size_t i = 0; i < source.model.leaves.size(); i += stride) {
+    if (!by_cluster && !source.normals[i].allFinite()) continue;
+    const PointCluster& cluster = source.model.leaves[i].cluster;
+    const Eigen::Vector3d moved = motion * cluster.mean;
+    const auto nearest = search.Nearest(moved, 1);
+    if (nearest.empty() || nearest[0].distance_m > kReach * l) continue;
+    const std::size_t j = nearest[0].index;
+    const PointCluster& fixed = target.model.leaves[j].cluster;
+    if (by_cluster) {
+      const Eigen::Matrix3d own = ClusterCovariance(cluster, l, options.normal_sigma_m);
+      iteration.Add(moved, fixed.mean,
+                    motion.rotation * own * motion.rotation.transpose() +
+                        ClusterCovariance(fixed, l, options.normal_sigma_m),
+                    true);
+    } else {
+      if (!target.normals[j].allFinite()) continue;
+      const Eigen::Vector3d moved_normal = motion.rotation * source.normals[i].cast<double>();
+      const Eigen::Vector3d fixed_normal = target.normals[j].cast<double>();
+      if (moved_normal.dot(fixed_normal) < kLargestAngleCosine) continue;
+      iteration.Add(moved, fixed.mean,
+                    SurfaceCovariance(moved_normal, l, options.normal_sigma_m) +
+                        SurfaceCovariance(fixed_normal, l, options.normal_sigma_m),
+                    false);
+    }
+    if (groups == nullptr) continue;
+    const auto [entry, is_new] = groups->try_emplace(lattice.Key(cluster.mean), Vector6d::Zero());
+    entry->second += iteration.last_gradient();
+  }
+  return iteration;
+}
+
+/// H M^-1 H, zero where the groups are too few to tell M.
+Matrix6d RobustInformation(const Matrix6d& matrix,
+                           const std::map<std::uint64_t, Vector6d>& groups) {
+  if (groups.size() < kFewestGroups) return Matrix6d::Zero();
+  Matrix6d scatter = Matrix6d::Zero();
+  for (const auto& [key, gradient] : groups) scatter += gradient * gradient.transpose();
+  const auto n = static_cast<double>(groups.size());
+  scatter *= n / (n - 6.0);
+  const Matrix6d information = matrix * scatter.ldlt().solve(matrix);
+  if (!information.allFinite()) return Matrix6d::Zero();
+  return 0.5 * (information + information.transpose());
+}
 
 }  // namespace
 
 SurfaceRefinement RefineOnSurfaces(const Surface& source, const Surface& target,
-                                   const RigidTransform& start, const Matrix6d& prior,
-                                   double normal_sigma_m) {
+                                   const NeighborSearch& target_search, const RigidTransform& start,
+                                   const Matrix6d& prior, const Options& options) {
   SurfaceRefinement result;
   result.target_from_source = start;
-  const double l = target.model.resolution_m();
-  const std::vector<Eigen::Vector3d> fixed = Means(target.model);
-  const NeighborSearch search(fixed);
-  constexpr std::size_t kSample = 20000;
-  const std::size_t stride = std::max<std::size_t>(1, source.model.leaves.size() / kSample);
-  while (result.iterations < kMaxIterations) {
+  while (result.iterations < options.max_iterations) {
     ++result.iterations;
     const RigidTransform& motion = result.target_from_source;
-    Iteration iteration(l, normal_sigma_m);
-    for (std::size_t i = 0; i < source.model.leaves.size(); i += stride) {
-      if (!source.normals[i].allFinite()) continue;
-      const Eigen::Vector3d moved = motion * source.model.leaves[i].cluster.mean;
-      const auto nearest = search.Nearest(moved, 1);
-      if (nearest.empty() || nearest[0].distance_m > kReach * l) continue;
-      const Eigen::Vector3f& other = target.normals[nearest[0].index];
-      if (!other.allFinite()) continue;
-      const Eigen::Vector3d moved_normal = motion.rotation * source.normals[i].cast<double>();
-      const Eigen::Vector3d fixed_normal = other.cast<double>();
-      if (moved_normal.dot(fixed_normal) < kLargestAngleCosine) continue;
-      iteration.Add(moved, moved_normal, fixed[nearest[0].index], fixed_normal);
-    }
+    const Iteration iteration = Collect(source, target, target_search, motion, options, nullptr);
     result.matches = iteration.matches();
     if (result.matches < kFewestMatches) {
       result.target_from_source = start;
@@ -93,6 +151,14 @@ SurfaceRefinement RefineOnSurfaces(const Surface& source, const Surface& target,
     result.target_from_source = Retract(motion, step);
     constexpr double kSmallestStep = 1e-6;  // rad and m
     if (step.norm() < kSmallestStep) break;
+  }
+  if (options.covariance == Options::Covariance::kCluster) {
+    std::map<std::uint64_t, Vector6d> groups;
+    const Iteration last =
+        Collect(source, target, target_search, result.target_from_source, options, &groups);
+    result.information = RobustInformation(last.matrix(), groups);
+    result.center = last.Center();
+    result.spread_m = last.Spread();
   }
   return result;
 }

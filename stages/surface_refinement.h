@@ -1,34 +1,46 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
+#include "core/neighbors.h"
 #include "core/rigid_transform.h"
-#include "stages/station_model.h"
+#include "stages/surface.h"
 
 namespace backsight {
 
-/// A station's voxels as pieces of surface. Instrument frame.
-struct Surface {
-  const StationModel& model;
-  const std::vector<Eigen::Vector3f>& normals;  ///< per leaf; NaN where undefined
+struct SurfaceRefinementOptions {
+  enum class Covariance {
+    kSurface,  ///< `normal_sigma_m` across the voxel's surface, its edge along it
+    kCluster,  ///< that of the voxel's own points, drawn to a filled voxel where they are few
+  };
+  Covariance covariance = Covariance::kSurface;
+  double normal_sigma_m = 0.001;
+  std::size_t sample = 20000;  ///< voxels of the source that are used, evenly chosen
+  int max_iterations = 10;
 };
 
 struct SurfaceRefinement {
   RigidTransform target_from_source;
   int matches = 0;  ///< pairs of voxels in the last iteration
   int iterations = 0;
+  /// What the pairs know of the motion, without the prior: H M^-1 H with the normal matrix H and M
+  /// the scatter of its gradient over cubes of 20 voxels (White 1980, doi 10.2307/1912934, by
+  /// clusters). Pairs within a cube share their errors, so counting pairs would be too bold. Zero
+  /// where fewer than 30 cubes hold pairs.
+  Matrix6d information = Matrix6d::Zero();
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();  ///< of the pairs, target frame
+  double spread_m = 0.0;                             ///< their rms distance from it
 };
 
-/// Generalised ICP on voxel means (Segal et al. 2009, doi 10.15607/RSS.2009.V.021), held by what
-/// the planar adjustment knows: minimises the squared distances of nearest voxels, weighted by
-/// their covariances, plus 0.5 r^T prior r, r = LocalDifference(T, start). A voxel's covariance is
-/// `normal_sigma_m` across its surface and the voxel's edge along it. So curved and small surfaces,
-/// which no plane covers, have their say; on dense scans the planes' information prevails.
-/// At most 20,000 voxels of the source are used, evenly chosen. The start is returned where fewer
-/// than 100 voxels match.
+/// Generalised ICP on voxel means (Segal et al. 2009, doi 10.15607/RSS.2009.V.021): minimises the
+/// squared distances of nearest voxels, weighted by their covariances, plus 0.5 r^T prior r, r =
+/// LocalDifference(T, start). With kSurface only voxels of like normal pair; with kCluster all do,
+/// and Cauchy weights take wrong pairs out. So curved and small surfaces, which no plane covers,
+/// have their say; on dense scans the planes' information prevails. The start is returned, with
+/// zero information, where fewer than 100 voxels match. `target_search` finds the means of the
+/// target's leaves. Time O(iterations * sample * log n).
 SurfaceRefinement RefineOnSurfaces(const Surface& source, const Surface& target,
-                                   const RigidTransform& start, const Matrix6d& prior,
-                                   double normal_sigma_m);
+                                   const NeighborSearch& target_search, const RigidTransform& start,
+                                   const Matrix6d& prior, const SurfaceRefinementOptions& options);
 
 }  // namespace backsight

@@ -1,5 +1,6 @@
 #include "stages/verification.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,40 +10,9 @@
 namespace backsight {
 namespace {
 
-/// Index of the leaf with this key, -1 if there is none.
-std::ptrdiff_t FindLeaf(const StationModel& model, std::uint64_t key) {
-  const auto found =
-      std::lower_bound(model.leaves.begin(), model.leaves.end(), key,
-                       [](const VoxelLeaf& leaf, std::uint64_t k) { return leaf.key < k; });
-  if (found == model.leaves.end() || found->key != key) return -1;
-  return found - model.leaves.begin();
-}
+using Reason = VerificationResult::Reason;
 
-/// The leaf in or beside whose voxel the point lies, -1 if there is none.
-std::ptrdiff_t FindSurface(const StationModel& model, const Eigen::Vector3d& point) {
-  if (!model.lattice.Contains(point)) return -1;
-  const Eigen::Vector3i cell = model.lattice.Cell(point);
-  std::ptrdiff_t leaf = FindLeaf(model, VoxelLattice::Pack(cell));
-  for (int axis = 0; axis < 3 && leaf < 0; ++axis) {
-    for (const int step : {-1, 1}) {
-      if (leaf >= 0) break;
-      leaf = FindLeaf(model, VoxelLattice::Pack(cell + step * Eigen::Vector3i::Unit(axis)));
-    }
-  }
-  return leaf;
-}
-
-/// What a scanner says of a point that another scan measured.
-enum class Sight { kNotInView, kAgrees, kSeenThrough };
-
-Sight Look(const StationModel& viewer, const Eigen::Vector3d& point) {
-  const float farthest = viewer.range_image.At(point).max_m;
-  if (farthest == 0.0F) return Sight::kNotInView;
-  const double range = point.norm();
-  const double tolerance = std::min(3.0 * viewer.resolution_m() + 0.02 * range, 1.0);
-  if (range > farthest + tolerance) return Sight::kNotInView;  // hidden behind something
-  return range < farthest - tolerance ? Sight::kSeenThrough : Sight::kAgrees;
-}
+constexpr double kSigmas = 3.0;  // between rivals
 
 /// Angle between the vertical axes of both stations.
 double RelativeTilt(const RigidTransform& target_from_source) {
@@ -50,21 +20,80 @@ double RelativeTilt(const RigidTransform& target_from_source) {
   return std::atan2(std::hypot(up.x(), up.y()), up.z());
 }
 
-VerificationResult::Reason FindFault(const VerificationInput& input,
-                                     const VerificationOptions& options, double overlap,
-                                     double conflict) {
-  using Reason = VerificationResult::Reason;
-  const int needed =
-      std::max(options.min_consensus, input.coarse.consensus_null + options.min_above_chance);
-  if (input.coarse.consensus < needed) return Reason::kNotSignificant;
+/// Mean of both directions' ratios; of the one that there is where only one scanner is credible.
+RatioEstimate Together(const RatioEstimate& a, bool has_a, const RatioEstimate& b, bool has_b) {
+  if (!has_a || !has_b) return has_a ? a : has_b ? b : RatioEstimate{};
+  return {0.5 * (a.value + b.value), 0.5 * std::hypot(a.sigma, b.sigma)};
+}
+
+void MeasureClouds(const VerificationInput& input, VerificationResult* result) {
+  const RigidTransform& motion = input.fine.target_from_source;
+  // Tight, so that furniture that differs by centimetres decides; never tighter than the planes.
+  const double tolerance_m =
+      std::max(0.3 * input.target.model.resolution_m(), 3.0 * input.fine.rms_m);
+  result->source_in_target =
+      CompareClouds(input.source, input.source_index.sample, input.target, motion, tolerance_m);
+  result->target_in_source = CompareClouds(input.target, input.target_index.sample, input.source,
+                                           motion.Inverse(), tolerance_m);
+  result->overlap = std::min(result->source_in_target.overlap, result->target_in_source.overlap);
+  result->conflict = Together(result->source_in_target.conflict, input.target.scanner_credible,
+                              result->target_in_source.conflict, input.source.scanner_credible);
+  result->quality =
+      Together(result->source_in_target.quality, true, result->target_in_source.quality, true);
+}
+
+void MeasureChange(const VerificationInput& input, VerificationResult* result) {
+  const RigidTransform& motion = input.fine.target_from_source;
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  for (const std::uint32_t leaf : input.source_index.sample.leaves) {
+    center += input.source_index.means[leaf] /
+              static_cast<double>(input.source_index.sample.leaves.size());
+  }
+  result->shift_l =
+      (motion * center - input.start * center).norm() / input.target.model.resolution_m();
+  result->turn_rad = RotationAngle(motion.rotation, input.start.rotation);
+  result->weakest_sigma_m = input.fine.weakest_sigma_m;
+  result->eigenvalue_ratio = input.fine.eigenvalue_ratio;
+}
+
+/// What forbids a pair whatever the network says; kNone if nothing does.
+Reason FindFault(const VerificationInput& input, const VerificationOptions& options,
+                 const VerificationResult& result) {
   if (input.fine.status == FineResult::Status::kDiverged) return Reason::kFineDiverged;
-  if (overlap < options.min_overlap) return Reason::kLowOverlap;
+  if (result.overlap < options.min_overlap) return Reason::kLowOverlap;
   if (input.level_sigma_rad) {
     constexpr double kModelError = 0.3 * 0.017453292519943295;  // 0.3 deg
     const double limit = 5.0 * *input.level_sigma_rad + kModelError;
     if (RelativeTilt(input.fine.target_from_source) > limit) return Reason::kTilted;
   }
-  if (conflict > options.max_conflict) return Reason::kFreeSpace;
+  return result.worst_conflict() >= options.max_conflict ? Reason::kFreeSpace : Reason::kNone;
+}
+
+/// Whether the refined motion is farther from its start than that could be wrong: 4 l and 1 deg, or
+/// five of the start's own standard deviations where they are larger.
+bool IsFarFromStart(const VerificationInput& input, const VerificationResult& result) {
+  constexpr double kTurn = 0.017453292519943295;  // 1 deg
+  constexpr double kShift = 4.0;                  // l
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> rotation(
+      Eigen::Matrix3d(input.start_information.topLeftCorner<3, 3>()));
+  const double sigma = 1.0 / std::sqrt(std::max(rotation.eigenvalues()[0], 1e-6));
+  return result.shift_l > kShift || result.turn_rad > std::max(kTurn, 5.0 * sigma);
+}
+
+/// What leaves a pair to the network; kNone if nothing does.
+Reason FindDoubt(const VerificationInput& input, const VerificationOptions& options,
+                 const VerificationResult& result) {
+  if (input.consensus && !IsSignificant(*input.consensus, input.consensus_null, options)) {
+    return Reason::kNotSignificant;
+  }
+  if (result.overlap < options.sure_overlap) return Reason::kLowOverlap;
+  if (result.worst_conflict() >= options.sure_conflict) return Reason::kFreeSpace;
+  if (IsFarFromStart(input, result)) return Reason::kFarFromStart;
+  // A direction that not even a voxel's width determines is held by nothing.
+  if (result.weakest_sigma_m > input.target.model.resolution_m()) return Reason::kUndetermined;
+  if (input.symmetric && result.worst_conflict() >= options.strict_conflict) {
+    return Reason::kSymmetric;
+  }
   return Reason::kNone;
 }
 
@@ -76,83 +105,68 @@ void VisitOptions(OptionVisitor& visitor, VerificationOptions& options) {
   visitor.Integer("min_above_chance", options.min_above_chance, "1", 0, 1000,
                   "by how many they must exceed what shuffled correspondences reach");
   visitor.Real("min_overlap", options.min_overlap, "1", 0.0, 1.0,
-               "least share of each cloud that must fall on the other");
+               "share of each cloud that must fall on the other, or the pair is rejected");
+  visitor.Real("sure_overlap", options.sure_overlap, "1", 0.0, 1.0,
+               "share below which a pair is doubtful");
+  visitor.Real("sure_conflict", options.sure_conflict, "1", 0.0, 1.0,
+               "share of the surfaces in view, seen through by a scanner, that makes a pair "
+               "doubtful");
   visitor.Real("max_conflict", options.max_conflict, "1", 0.0, 1.0,
-               "largest share of the surfaces in view that a scanner may have seen through");
+               "share of the surfaces in view, seen through by a scanner, that rejects a pair");
+  visitor.Real("strict_conflict", options.strict_conflict, "1", 0.0, 1.0,
+               "the share that makes a pair doubtful where a station looks alike from two places");
 }
 
-std::string ToString(VerificationResult::Reason reason) {
-  static constexpr std::array<const char*, 8> kNames = {
-      "",       "not_registered",      "not_significant",  "low_overlap", "fine_diverged",
-      "tilted", "free_space_conflict", "contradicts_prior"};
+bool IsSignificant(int consensus, int consensus_null, const VerificationOptions& options) {
+  return consensus >= std::max(options.min_consensus, consensus_null + options.min_above_chance);
+}
+
+std::string ToString(Reason reason) {
+  static constexpr std::array<const char*, 12> kNames = {
+      "",         "not_registered",      "not_significant", "low_overlap",  "fine_diverged",
+      "tilted",   "free_space_conflict", "far_from_start",  "undetermined", "symmetric",
+      "ambiguous", "contradicts_prior"};
   return kNames.at(static_cast<std::size_t>(reason));
 }
 
-double OverlapShare(const StationModel& moved, const StationModel& reference,
-                    const RigidTransform& reference_from_moved) {
-  constexpr std::size_t kSample = 20000;
-  const std::size_t stride = std::max<std::size_t>(1, moved.leaves.size() / kSample);
-  std::size_t met = 0;
-  std::size_t tried = 0;
-  for (std::size_t i = 0; i < moved.leaves.size(); i += stride, ++tried) {
-    if (FindSurface(reference, reference_from_moved * moved.leaves[i].cluster.mean) >= 0) ++met;
-  }
-  return tried > 0 ? static_cast<double>(met) / static_cast<double>(tried) : 0.0;
+std::string ToString(Verdict verdict) {
+  static constexpr std::array<const char*, 3> kNames = {"accepted", "doubtful", "rejected"};
+  return kNames.at(static_cast<std::size_t>(verdict));
 }
 
-double FreeSpaceConflict(const StationModel& moved, const StationModel& reference,
-                         const RigidTransform& reference_from_moved) {
-  constexpr std::size_t kSample = 20000;
-  const std::size_t stride = std::max<std::size_t>(1, moved.leaves.size() / kSample);
-  std::size_t agreed = 0;
-  std::size_t through = 0;
-  for (std::size_t i = 0; i < moved.leaves.size(); i += stride) {
-    const Sight sight = Look(reference, reference_from_moved * moved.leaves[i].cluster.mean);
-    agreed += sight == Sight::kAgrees ? 1 : 0;
-    through += sight == Sight::kSeenThrough ? 1 : 0;
-  }
-  return agreed + through > 0 ? static_cast<double>(through) / static_cast<double>(agreed + through)
-                              : 0.0;
-}
-
-double CloudScore(const Surface& moved, const Surface& reference,
-                  const RigidTransform& reference_from_moved, bool scanners_credible) {
-  constexpr std::size_t kSample = 3000;
-  constexpr float kLikeNormal = 0.8F;
-  const Eigen::Matrix3f rotation = reference_from_moved.rotation.cast<float>();
-  const std::size_t stride = std::max<std::size_t>(1, moved.model.leaves.size() / kSample);
-  double score = 0.0;
-  std::size_t tried = 0;
-  for (std::size_t i = 0; i < moved.model.leaves.size(); i += stride, ++tried) {
-    const Eigen::Vector3d point = reference_from_moved * moved.model.leaves[i].cluster.mean;
-    const std::ptrdiff_t leaf = FindSurface(reference.model, point);
-    if (leaf >= 0) {
-      const Eigen::Vector3f& normal = reference.normals[static_cast<std::size_t>(leaf)];
-      if (normal.dot(rotation * moved.normals[i]) > kLikeNormal) score += 1.0;
-    } else if (scanners_credible && Look(reference.model, point) == Sight::kSeenThrough) {
-      score -= 1.0;
-    }
-  }
-  // Kept above zero, so that even a poor hypothesis beats none; the verification judges it.
-  return tried > 0 ? 2.0 + score / static_cast<double>(tried) : 0.0;
+double VerificationResult::worst_conflict() const {
+  return std::max(source_in_target.conflict.value, target_in_source.conflict.value);
 }
 
 VerificationResult VerifyPair(const VerificationInput& input, const VerificationOptions& options) {
+  BACKSIGHT_CHECK(input.fine.target_from_source.IsValid(), "a registered pair has a rigid motion");
   VerificationResult result;
-  if (input.coarse.status != CoarseResult::Status::kRegistered) {
-    result.reason = VerificationResult::Reason::kNotRegistered;
-    return result;
-  }
-  const RigidTransform& motion = input.fine.target_from_source;
-  BACKSIGHT_CHECK(motion.IsValid(), "a registered pair has a rigid motion");
-  result.overlap = std::min(OverlapShare(input.source, input.target, motion),
-                            OverlapShare(input.target, input.source, motion.Inverse()));
-  if (input.scanners_credible) {
-    result.conflict = std::max(FreeSpaceConflict(input.source, input.target, motion),
-                               FreeSpaceConflict(input.target, input.source, motion.Inverse()));
-  }
-  result.reason = FindFault(input, options, result.overlap, result.conflict);
+  result.consensus = input.consensus.value_or(0);
+  result.consensus_null = input.consensus_null;
+  MeasureClouds(input, &result);
+  MeasureChange(input, &result);
+  result.reason = FindFault(input, options, result);
+  if (result.reason != Reason::kNone) return result;
+  result.reason = FindDoubt(input, options, result);
+  result.verdict = result.reason == Reason::kNone ? Verdict::kAccepted : Verdict::kDoubtful;
   return result;
+}
+
+bool IsContradictedMore(const VerificationResult& a, const VerificationResult& b) {
+  return a.conflict.value - b.conflict.value >
+         kSigmas * std::hypot(a.conflict.sigma, b.conflict.sigma);
+}
+
+bool IsClearlyBetter(const VerificationResult& best, const VerificationResult& rival) {
+  return IsContradictedMore(rival, best) ||
+         best.quality.value - rival.quality.value >
+             kSigmas * std::hypot(best.quality.sigma, rival.quality.sigma);
+}
+
+void MarkAmbiguous(VerificationResult* result) {
+  if (!result->accepted()) return;
+  result->verdict = Verdict::kDoubtful;
+  result->reason = Reason::kAmbiguous;
 }
 
 }  // namespace backsight

@@ -1,72 +1,102 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
 #include "core/option_visitor.h"
+#include "stages/cloud_agreement.h"
 #include "stages/coarse_registration.h"
 #include "stages/fine_registration.h"
-#include "stages/station_model.h"
 
 namespace backsight {
 
 struct VerificationOptions {
-  int min_consensus = 10;    ///< distinct key points
-  int min_above_chance = 4;  ///< consensus beyond what shuffled correspondences reach
-  double min_overlap = 0.1;
-  double max_conflict = 0.7;  ///< share of the surfaces in view that the scanner saw through
+  int min_consensus = 10;          ///< distinct key points
+  int min_above_chance = 4;        ///< consensus beyond what shuffled correspondences reach
+  double min_overlap = 0.05;       ///< rejected below
+  double sure_overlap = 0.1;       ///< doubtful below
+  double sure_conflict = 0.1;      ///< doubtful from here: share of blocks seen through
+  double max_conflict = 0.25;      ///< rejected from here
+  double strict_conflict = 0.025;  ///< doubtful from here where a station is symmetric
 };
 void VisitOptions(OptionVisitor& visitor, VerificationOptions& options);
 
+/// One significance rule for all who ask: the consensus must be clear of chance.
+bool IsSignificant(int consensus, int consensus_null, const VerificationOptions& options);
+
 struct VerificationInput {
-  const StationModel& source;
-  const StationModel& target;
-  /// Both scanners stood at the origins of their frames, so that their views can be compared.
-  bool scanners_credible = true;
-  const CoarseResult& coarse;
+  Surface source;
+  Surface target;
+  const CloudIndex& source_index;
+  const CloudIndex& target_index;
+  /// The transform that the fine registration started from: coarse or predicted.
+  RigidTransform start;
+  Matrix6d start_information = Matrix6d::Zero();
+  /// Absent for a predicted pair: permutation says nothing of it.
+  std::optional<int> consensus;
+  int consensus_null = 0;
   const FineResult& fine;
   /// Standard deviation of the levelling of both stations together, radians; absent where not both
   /// are levelled.
   std::optional<double> level_sigma_rad;
+  /// A station looks like itself from elsewhere, so that agreement proves less.
+  bool symmetric = false;
 };
+
+enum class Verdict { kAccepted, kDoubtful, kRejected };
 
 /// Whether a registered pair can be believed, and what speaks against it.
 struct VerificationResult {
   enum class Reason {
-    kNone,              ///< accepted
-    kNotRegistered,     ///< the coarse registration found no motion
-    kNotSignificant,    ///< its consensus could be chance
-    kLowOverlap,        ///< too little of one cloud falls on the other
-    kFineDiverged,      ///< the planes pull away from the correspondences
-    kTilted,            ///< levelled instruments would stand at an angle
-    kFreeSpace,         ///< one scanner saw through surfaces that the other would put there
+    kNone,            ///< accepted
+    kNotRegistered,   ///< the coarse registration found no motion
+    kNotSignificant,  ///< its consensus could be chance
+    kLowOverlap,      ///< too little of one cloud falls on the other
+    kFineDiverged,    ///< the planes pull away from the correspondences
+    kTilted,          ///< levelled instruments would stand at an angle
+    kFreeSpace,       ///< one scanner saw through surfaces that the other would put there
+    kFarFromStart,    ///< refined farther away than the start should be wrong
+    kUndetermined,    ///< one direction is held by nothing
+    kSymmetric,       ///< a symmetric station, and conflicts that only a unique one could afford
+    kAmbiguous,       ///< a rival motion fits as well
     kContradictsPrior,  ///< the priors of both stations rule the motion out
   };
-  Reason reason = Reason::kNone;
-  double conflict = 0.0;  ///< share of surfaces in view that a scanner saw through, the worse side
-  double overlap = 0.0;   ///< share of voxels that meet an occupied voxel, the smaller direction
-  bool accepted() const { return reason == Reason::kNone; }
+  Verdict verdict = Verdict::kRejected;
+  Reason reason = Reason::kNotRegistered;
+  double overlap = 0.0;  ///< share of voxels that meet an occupied voxel, the smaller direction
+  CloudAgreement source_in_target;  ///< the source's cloud before the target's scanner
+  CloudAgreement target_in_source;
+  /// Both directions together: share of blocks in view that were seen through; for ranking rivals.
+  RatioEstimate conflict;
+  RatioEstimate quality;  ///< both directions: mean fit of the voxels that could fit
+  int consensus = 0;
+  int consensus_null = 0;
+  double shift_l = 0.0;   ///< from the start to the refined motion at the overlap, in l
+  double turn_rad = 0.0;  ///< likewise
+  double weakest_sigma_m = 0.0;
+  double eigenvalue_ratio = 0.0;
+
+  bool accepted() const { return verdict == Verdict::kAccepted; }
+  /// The worse direction's conflict.
+  double worst_conflict() const;
 };
 
 /// The reason code of links.csv, e.g. "low_overlap"; empty for kNone.
 std::string ToString(VerificationResult::Reason reason);
+std::string ToString(Verdict verdict);
 
-/// Share of `moved`'s voxels whose mean, carried by `reference_from_moved`, falls into or beside an
-/// occupied voxel of `reference`. 0 to 1. Of more than 20,000 voxels an even sample is taken.
-double OverlapShare(const StationModel& moved, const StationModel& reference,
-                    const RigidTransform& reference_from_moved);
-
-/// Share of `moved`'s voxels in view of `reference`'s scanner that it saw through: it measured
-/// something clearly behind them. Voxels that it could not see are neutral. 0 to 1; 0 if none is in
-/// view.
-double FreeSpaceConflict(const StationModel& moved, const StationModel& reference,
-                         const RigidTransform& reference_from_moved);
-
-/// How well a motion lays `moved` on `reference`: the share of (at most 3,000) voxels that meet a
-/// surface of like normal, minus the share that the reference's scanner saw through where it is
-/// known. For choosing between hypotheses.
-double CloudScore(const Surface& moved, const Surface& reference,
-                  const RigidTransform& reference_from_moved, bool scanners_credible);
-
+/// Judges one refined motion by itself; rivals are compared afterwards. About 50 ms.
 VerificationResult VerifyPair(const VerificationInput& input, const VerificationOptions& options);
+
+/// Whether scanners saw through significantly more of a pair's surfaces under `a` than under `b`:
+/// by more than three standard deviations, from the scatter over groups as large as objects.
+bool IsContradictedMore(const VerificationResult& a, const VerificationResult& b);
+
+/// Whether `rival` cannot be the true motion if `best` is another motion of the same pair: it is
+/// contradicted more, or its surfaces fit less closely by more than three standard deviations.
+bool IsClearlyBetter(const VerificationResult& best, const VerificationResult& rival);
+
+/// Makes an accepted result doubtful: a rival is as good.
+void MarkAmbiguous(VerificationResult* result);
 
 }  // namespace backsight

@@ -21,14 +21,9 @@ void PrintTransform(const RigidTransform& target_from_source) {
   }
 }
 
-void PrintQuality(const Pair& pair) {
-  fmt::print("correspondences: {}\nconsensus: {} key points (chance alone: {})\n",
-             pair.correspondences, pair.coarse.consensus, pair.coarse.consensus_null);
-}
-
-bool IsSignificant(const CoarseResult& coarse, const VerificationOptions& options) {
-  return coarse.consensus >=
-         std::max(options.min_consensus, coarse.consensus_null + options.min_above_chance);
+void PrintQuality(int correspondences, int consensus, int consensus_null) {
+  fmt::print("correspondences: {}\nconsensus: {} key points (chance alone: {})\n", correspondences,
+             consensus, consensus_null);
 }
 
 int RegisterPoints(const Correspondences& correspondences, const SurveyOptions& options,
@@ -36,16 +31,15 @@ int RegisterPoints(const Correspondences& correspondences, const SurveyOptions& 
   CoarseInput input;
   input.correspondences = correspondences;
   input.resolution_m = options.ingest.resolution_m;
-  Pair pair;
-  pair.correspondences = static_cast<int>(correspondences.size());
-  pair.coarse = RegisterCoarse(input, options.coarse, context);
-  PrintQuality(pair);
-  if (pair.coarse.status != CoarseResult::Status::kRegistered) {
+  const CoarseResult coarse = RegisterCoarse(input, options.coarse, context);
+  const int consensus = coarse.candidates.empty() ? 0 : coarse.candidates.front().consensus;
+  PrintQuality(static_cast<int>(correspondences.size()), consensus, coarse.consensus_null);
+  if (coarse.candidates.empty()) {
     fmt::print("status: rejected\nreason: not_registered\n");
     return kPartial;
   }
-  PrintTransform(pair.coarse.target_from_source);
-  const bool significant = IsSignificant(pair.coarse, options.verification);
+  PrintTransform(coarse.candidates.front().target_from_source);
+  const bool significant = IsSignificant(consensus, coarse.consensus_null, options.verification);
   fmt::print("status: {}\n", significant ? "accepted" : "rejected\nreason: not_significant");
   return significant ? kComplete : kPartial;
 }
@@ -66,16 +60,20 @@ int RegisterScans(const std::string& source, const std::string& target,
   pair.target = 0;
   RegisterPair(stations, options, context, &pair);
   if (!pair.fault.empty()) throw InternalError(pair.fault);
-  PrintQuality(pair);
-  if (pair.coarse.status == CoarseResult::Status::kRegistered) {
-    PrintTransform(stations[0].model.StationFromInstrument() * pair.fine.target_from_source *
+  const PairCandidate* best = pair.best();
+  PrintQuality(pair.correspondences, best != nullptr ? best->coarse.consensus : 0,
+               pair.consensus_null);
+  if (best != nullptr) {
+    PrintTransform(stations[0].model.StationFromInstrument() * best->fine.target_from_source *
                    stations[1].model.StationFromInstrument().Inverse());
-    fmt::print("overlap: {:.3f}\nplanes: {}\nrms_m: {:.5f}\nweakest_sigma_m: {:.5f}\n",
-               pair.verification.overlap, pair.fine.planes, pair.fine.rms_m,
-               pair.fine.weakest_sigma_m);
+    fmt::print(
+        "overlap: {:.3f}\nconflict: {:.3f}\nplanes: {}\nrms_m: {:.5f}\n"
+        "weakest_sigma_m: {:.5f}\nrivals: {}\n",
+        best->verification.overlap, best->verification.worst_conflict(), best->fine.planes,
+        best->fine.rms_m, best->fine.weakest_sigma_m, pair.candidates.size() - 1);
   }
-  fmt::print("status: {}\n", pair.accepted() ? "accepted" : "rejected");
-  if (!pair.accepted()) fmt::print("reason: {}\n", ToString(pair.verification.reason));
+  fmt::print("status: {}\n", ToString(pair.verdict()));
+  if (!pair.accepted()) fmt::print("reason: {}\n", ToString(pair.reason()));
   return pair.accepted() ? kComplete : kPartial;
 }
 

@@ -1,0 +1,232 @@
+#include "stages/cloud_agreement.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace backsight {
+namespace {
+
+constexpr int kBlockCells = 5;   // edge of a block, voxels
+constexpr int kGroupBlocks = 4;  // edge of a group, blocks
+constexpr int kFewestSeenThrough = 4;
+constexpr float kLikeNormal = 0.8F;
+
+/// Index of the leaf with this key, -1 if there is none.
+std::ptrdiff_t FindLeaf(const StationModel& model, std::uint64_t key) {
+  const auto found =
+      std::lower_bound(model.leaves.begin(), model.leaves.end(), key,
+                       [](const VoxelLeaf& leaf, std::uint64_t k) { return leaf.key < k; });
+  if (found == model.leaves.end() || found->key != key) return -1;
+  return found - model.leaves.begin();
+}
+
+/// The cube of so many voxels that a leaf lies in.
+std::uint64_t CubeKey(std::uint64_t leaf_key, int voxels) {
+  const Eigen::Vector3d cell = VoxelLattice::Unpack(leaf_key).cast<double>() / voxels;
+  return VoxelLattice::Pack(cell.array().floor().cast<int>());
+}
+
+std::vector<Eigen::Vector3d> Means(const StationModel& model) {
+  std::vector<Eigen::Vector3d> means;
+  means.reserve(model.leaves.size());
+  for (const VoxelLeaf& leaf : model.leaves) means.push_back(leaf.cluster.mean);
+  return means;
+}
+
+/// The voxel of a point (0) and the six that share a face with it.
+Eigen::Vector3i CellBeside(const Eigen::Vector3i& cell, int i) {
+  Eigen::Vector3i other = cell;
+  if (i > 0) other[(i - 1) / 2] += i % 2 == 0 ? 1 : -1;
+  return other;
+}
+
+bool MeetsSurface(const StationModel& model, const Eigen::Vector3d& point) {
+  if (!model.lattice.Contains(point)) return false;
+  const Eigen::Vector3i cell = model.lattice.Cell(point);
+  for (int i = 0; i < 7; ++i) {
+    if (FindLeaf(model, VoxelLattice::Pack(CellBeside(cell, i))) >= 0) return true;
+  }
+  return false;
+}
+
+/// How well a point lies on the surfaces in and beside its voxel: whether there is any, and 1 on it
+/// falling to 0 at the tolerance.
+struct Fit {
+  bool met = false;
+  double score = 0.0;
+};
+
+Fit FitPoint(const Surface& reference, const Eigen::Vector3d& point, const Eigen::Vector3f& normal,
+             double tolerance_m) {
+  Fit fit;
+  if (!reference.model.lattice.Contains(point)) return fit;
+  const Eigen::Vector3i cell = reference.model.lattice.Cell(point);
+  for (int i = 0; i < 7; ++i) {
+    const std::ptrdiff_t leaf = FindLeaf(reference.model, VoxelLattice::Pack(CellBeside(cell, i)));
+    if (leaf < 0) continue;
+    fit.met = true;
+    const auto index = static_cast<std::size_t>(leaf);
+    const Eigen::Vector3f& n = reference.normals[index];
+    if (!(n.dot(normal) > kLikeNormal)) continue;
+    const double distance =
+        n.cast<double>().dot(point - reference.model.leaves[index].cluster.mean) / tolerance_m;
+    fit.score = std::max(fit.score, 1.0 - distance * distance);
+  }
+  return fit;
+}
+
+/// What the leaves of one block say.
+struct BlockCounts {
+  double score = 0.0;
+  int met = 0;
+  int agrees = 0;
+  int through = 0;
+};
+
+void CountLeaf(const Surface& reference, const Eigen::Vector3d& point,
+               const Eigen::Vector3f& normal, double tolerance_m, BlockCounts* counts) {
+  const Fit fit = FitPoint(reference, point, normal, tolerance_m);
+  counts->met += fit.met ? 1 : 0;
+  counts->score += fit.score;
+  if (!reference.scanner_credible) return;
+  const Sight sight = fit.met ? Sight::kAgrees : LookAt(reference.model, point, normal);
+  counts->agrees += sight == Sight::kAgrees ? 1 : 0;
+  counts->through += sight == Sight::kSeenThrough ? 1 : 0;
+}
+
+struct GroupSums {
+  double part = 0.0;
+  double whole = 0.0;
+};
+
+/// Ratio of sums, its variance from the groups' residuals (the delta method for cluster samples).
+RatioEstimate EstimateRatio(const std::vector<GroupSums>& groups) {
+  GroupSums sum;
+  for (const GroupSums& group : groups) {
+    sum.part += group.part;
+    sum.whole += group.whole;
+  }
+  RatioEstimate ratio;
+  if (sum.whole == 0.0) return ratio;
+  ratio.value = sum.part / sum.whole;
+  double squared = 0.0;
+  for (const GroupSums& group : groups) {
+    const double residual = group.part - ratio.value * group.whole;
+    squared += residual * residual;
+  }
+  ratio.sigma = std::sqrt(squared) / sum.whole;
+  return ratio;
+}
+
+}  // namespace
+
+CloudSample SampleCloud(const StationModel& model, std::size_t leaves) {
+  struct Place {
+    std::uint64_t group, block;
+    std::uint32_t leaf;
+    auto operator<=>(const Place&) const = default;
+  };
+  std::vector<Place> order;
+  order.reserve(model.leaves.size());
+  for (std::size_t i = 0; i < model.leaves.size(); ++i) {
+    const std::uint64_t key = model.leaves[i].key;
+    order.push_back({CubeKey(key, kBlockCells * kGroupBlocks), CubeKey(key, kBlockCells),
+                     static_cast<std::uint32_t>(i)});
+  }
+  std::sort(order.begin(), order.end());
+  const std::size_t stride =
+      std::max<std::size_t>(1, model.leaves.size() / std::max<std::size_t>(leaves, 1));
+  CloudSample sample;
+  std::uint64_t last_group = 0;
+  std::size_t block = 0;
+  for (std::size_t begin = 0; begin < order.size();) {
+    std::size_t end = begin;
+    while (end < order.size() && order[end].block == order[begin].block) ++end;
+    if (block++ % stride == 0) {
+      const bool same = !sample.groups.empty() && last_group == order[begin].group;
+      const std::uint32_t last = sample.groups.empty() ? 0U : sample.groups.back() + 1U;
+      sample.groups.push_back(same ? sample.groups.back() : last);
+      last_group = order[begin].group;
+      sample.begins.push_back(static_cast<std::uint32_t>(sample.leaves.size()));
+      for (std::size_t i = begin; i < end; ++i) sample.leaves.push_back(order[i].leaf);
+    }
+    begin = end;
+  }
+  sample.begins.push_back(static_cast<std::uint32_t>(sample.leaves.size()));
+  return sample;
+}
+
+CloudIndex::CloudIndex(const StationModel& model)
+    : means(Means(model)),
+      search(means),
+      sieve(SampleCloud(model, 1500)),
+      sample(SampleCloud(model, 20000)) {}
+
+Sight LookAt(const StationModel& viewer, const Eigen::Vector3d& point,
+             const Eigen::Vector3f& normal) {
+  const RangeImage::Window window = viewer.range_image.Around(point);
+  if (window.farthest_m == 0.0F) return Sight::kNotInView;
+  const double range = point.norm();
+  // The window reaches 1.5 pixels: what a surface varies over it is what three sigma are elsewhere.
+  const double spread = 1.5 * range * viewer.range_image.PixelAngle();
+  constexpr double kLeastSine = 0.05;
+  const double sine = normal.allFinite()
+                          ? std::max(std::abs(normal.cast<double>().dot(point)) / range, kLeastSine)
+                          : kLeastSine;
+  const double tolerance = std::min(3.0 * viewer.resolution_m() + spread / sine, 1.0);
+  if (window.gap_m <= tolerance) return Sight::kAgrees;
+  if (range < window.nearest_m - tolerance) return Sight::kSeenThrough;
+  return range > window.farthest_m + tolerance ? Sight::kHidden : Sight::kUnclear;
+}
+
+CloudAgreement CompareClouds(const Surface& moved, const CloudSample& sample,
+                             const Surface& reference, const RigidTransform& reference_from_moved,
+                             double tolerance_m) {
+  CloudAgreement result;
+  const Eigen::Matrix3f rotation = reference_from_moved.rotation.cast<float>();
+  const std::size_t groups = sample.groups.empty() ? 0 : sample.groups.back() + 1;
+  std::vector<GroupSums> conflict(groups);
+  std::vector<GroupSums> quality(groups);
+  std::size_t met = 0;
+  double score = 0.0;
+  for (std::size_t b = 0; b < sample.blocks(); ++b) {
+    BlockCounts counts;
+    for (std::uint32_t k = sample.begins[b]; k < sample.begins[b + 1]; ++k) {
+      const std::uint32_t leaf = sample.leaves[k];
+      CountLeaf(reference, reference_from_moved * moved.model.leaves[leaf].cluster.mean,
+                rotation * moved.normals[leaf], tolerance_m, &counts);
+    }
+    const bool seen_through =
+        counts.through >= kFewestSeenThrough && counts.through > counts.agrees;
+    const bool agrees = !seen_through && counts.agrees >= kFewestSeenThrough;
+    GroupSums& in_view = conflict[sample.groups[b]];
+    in_view.part += seen_through ? 1.0 : 0.0;
+    in_view.whole += seen_through || agrees ? 1.0 : 0.0;
+    GroupSums& on_surface = quality[sample.groups[b]];
+    on_surface.part += counts.score - (seen_through ? counts.through : 0);
+    on_surface.whole += counts.met + (seen_through ? counts.through : 0);
+    met += static_cast<std::size_t>(counts.met);
+    score += counts.score;
+  }
+  const double tried = std::max<double>(1.0, static_cast<double>(sample.leaves.size()));
+  result.overlap = static_cast<double>(met) / tried;
+  result.score = score / tried;
+  for (const GroupSums& group : conflict) result.blocks_in_view += static_cast<int>(group.whole);
+  result.conflict = EstimateRatio(conflict);
+  result.quality = EstimateRatio(quality);
+  return result;
+}
+
+double OverlapShare(const StationModel& moved, const StationModel& reference,
+                    const RigidTransform& reference_from_moved) {
+  constexpr std::size_t kSample = 20000;
+  const std::size_t stride = std::max<std::size_t>(1, moved.leaves.size() / kSample);
+  std::size_t met = 0;
+  std::size_t tried = 0;
+  for (std::size_t i = 0; i < moved.leaves.size(); i += stride, ++tried) {
+    if (MeetsSurface(reference, reference_from_moved * moved.leaves[i].cluster.mean)) ++met;
+  }
+  return tried > 0 ? static_cast<double>(met) / static_cast<double>(tried) : 0.0;
+}
+
+}  // namespace backsight

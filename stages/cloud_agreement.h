@@ -1,0 +1,80 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "core/neighbors.h"
+#include "core/rigid_transform.h"
+#include "stages/surface.h"
+
+namespace backsight {
+
+/// Voxels of a cloud that stand for all of it: whole blocks (cubes of 5 voxels of the station's own
+/// lattice), gathered in groups (cubes of 4 blocks). Blocks decide together, so that single leaves
+/// do not; groups are about as large as objects, and what is seen of one object is one observation.
+struct CloudSample {
+  std::vector<std::uint32_t> leaves;  ///< leaf indices, block after block
+  std::vector<std::uint32_t> begins;  ///< of each block in `leaves`, and the end of the last
+  std::vector<std::uint32_t> groups;  ///< of each block, ascending from 0
+
+  std::size_t blocks() const { return groups.size(); }
+};
+
+/// Whole blocks, evenly chosen, of about `leaves` voxels altogether. O(n log n) for n voxels.
+CloudSample SampleCloud(const StationModel& model, std::size_t leaves);
+
+/// What comparisons of a station's cloud with others need, made once per station. Memory: about 80
+/// bytes per voxel.
+struct CloudIndex {
+  explicit CloudIndex(const StationModel& model);
+
+  std::vector<Eigen::Vector3d> means;  ///< of the leaves
+  NeighborSearch search;               ///< among them
+  CloudSample sieve;                   ///< about 1,500 voxels: for many hypotheses
+  CloudSample sample;                  ///< about 20,000: for the few that remain
+};
+
+/// What the viewer's scanner says of a piece of surface that another scan measured.
+enum class Sight {
+  kNotInView,    ///< it measured nothing in that direction
+  kHidden,       ///< all it measured there lies in front
+  kAgrees,       ///< it measured something at that range
+  kSeenThrough,  ///< all it measured there lies clearly behind
+  kUnclear,      ///< in front and behind: an edge
+};
+
+/// `point` and `normal` in the viewer's frame; the normal may be NaN. The tolerance is 3 l and what
+/// a surface at that incidence varies over the window of three by three pixels, at most 1 m.
+Sight LookAt(const StationModel& viewer, const Eigen::Vector3d& point,
+             const Eigen::Vector3f& normal);
+
+/// A ratio of sums over groups, with the standard deviation that the groups' scatter gives it.
+struct RatioEstimate {
+  double value = 0.0;
+  double sigma = 0.0;
+};
+
+/// How a moved cloud fits what another station measured.
+struct CloudAgreement {
+  double overlap = 0.0;  ///< share of the voxels that fall into or beside an occupied voxel
+  double score = 0.0;    ///< share that lies on a surface of like normal, each by its distance
+  /// Of the blocks in view, the share that was seen through. 0 where the scanner is not credible.
+  RatioEstimate conflict;
+  int blocks_in_view = 0;
+  /// Of the voxels that meet a surface or were seen through: score minus seen through, per voxel.
+  RatioEstimate quality;
+};
+
+/// `tolerance_m`: distance from the surface at which a voxel's score reaches 0. A block is seen
+/// through where more of its voxels are than agree, and at least four. About 1 us per voxel.
+CloudAgreement CompareClouds(const Surface& moved, const CloudSample& sample,
+                             const Surface& reference, const RigidTransform& reference_from_moved,
+                             double tolerance_m);
+
+/// Share of `moved`'s voxels whose mean, carried by `reference_from_moved`, falls into or beside an
+/// occupied voxel of `reference`. 0 to 1. Of more than 20,000 voxels an even sample is taken.
+double OverlapShare(const StationModel& moved, const StationModel& reference,
+                    const RigidTransform& reference_from_moved);
+
+}  // namespace backsight
