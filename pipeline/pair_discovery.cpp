@@ -62,7 +62,7 @@ std::vector<RankedStation> RankedStations(const std::vector<Station>& stations) 
   return ranked;
 }
 
-/// Rejects the motions that the priors of both stations rule out.
+/// Rejects motions that the priors of both stations rule out; a rival that they allow comes first.
 void CheckPriors(const std::vector<Station>& stations, Pair* pair) {
   const Station& source = stations[At(pair->source)];
   const Station& target = stations[At(pair->target)];
@@ -72,12 +72,17 @@ void CheckPriors(const std::vector<Station>& stations, Pair* pair) {
     const RigidTransform motion = target.model.StationFromInstrument() *
                                   candidate.fine.target_from_source *
                                   source.model.StationFromInstrument().Inverse();
-    if (ContradictsPriors(*source.spec.prior, *target.spec.prior, motion,
-                          target.model.resolution_m())) {
-      candidate.verification.verdict = Verdict::kRejected;
-      candidate.verification.reason = VerificationResult::Reason::kContradictsPrior;
+    if (!ContradictsPriors(*source.spec.prior, *target.spec.prior, motion,
+                           target.model.resolution_m())) {
+      continue;
     }
+    candidate.verification.verdict = Verdict::kRejected;
+    candidate.verification.reason = VerificationResult::Reason::kContradictsPrior;
   }
+  std::stable_partition(pair->candidates.begin(), pair->candidates.end(),
+                        [](const PairCandidate& candidate) {
+                          return candidate.verification.verdict != Verdict::kRejected;
+                        });
 }
 
 /// The state of one discovery.

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <string>
 
 #include "core/random.h"
@@ -51,6 +52,7 @@ struct Yards {
       station.model.range_image = RangeImage(Eigen::Vector3d::Zero(), 2.0);
       station.features = ComputeFeatures(station.model, {}, ExecutionContext(1));
       station.features.scanner_credible = false;  // the points were not seen from here
+      station.index = std::make_shared<CloudIndex>(station.model);
       station.record.extent_m = 8.0;
       yard_from_station.push_back(pose);
     }
@@ -59,8 +61,8 @@ struct Yards {
   double Error(const Pair& pair) const {
     const auto pose = [&](int s) { return yard_from_station[static_cast<std::size_t>(s)]; };
     const RigidTransform truth = pose(pair.target).Inverse() * pose(pair.source);
-    return (truth.translation - pair.fine.target_from_source.translation).norm() +
-           RotationAngle(truth.rotation, pair.fine.target_from_source.rotation);
+    return (truth.translation - pair.best()->fine.target_from_source.translation).norm() +
+           RotationAngle(truth.rotation, pair.best()->fine.target_from_source.rotation);
   }
 };
 
@@ -113,8 +115,8 @@ TEST(PairDiscovery, TheSamePairsForAnyNumberOfThreads) {
   for (std::size_t i = 0; i < one.pairs.size(); ++i) {
     EXPECT_EQ(one.pairs[i].source, four.pairs[i].source);
     EXPECT_EQ(one.pairs[i].target, four.pairs[i].target);
-    EXPECT_EQ(one.pairs[i].fine.target_from_source.Matrix(),
-              four.pairs[i].fine.target_from_source.Matrix());
+    EXPECT_EQ(one.pairs[i].best()->fine.target_from_source.Matrix(),
+              four.pairs[i].best()->fine.target_from_source.Matrix());
   }
   EXPECT_EQ(Reasons(one), Reasons(four));
 }
@@ -146,7 +148,7 @@ TEST(PairDiscovery, PriorsKeepStationsApartAndRejectWhatContradictsThem) {
   const PairDiscovery wrong = DiscoverPairs(yards.stations, {}, {}, ExecutionContext(1));
   EXPECT_EQ(wrong.components, 2);
   for (const Pair& pair : wrong.pairs) {
-    EXPECT_EQ(ToString(pair.verification.reason), pair.source == 2 ? "contradicts_prior" : "");
+    EXPECT_EQ(ToString(pair.reason()), pair.source == 2 ? "contradicts_prior" : "");
   }
 
   third.survey_from_station.translation += Eigen::Vector3d(50.0, 0.0, 0.0);
