@@ -62,6 +62,14 @@ class Chart {
   int fixed_;
 };
 
+/// The blocked Cholesky where the matrix is positive definite to working precision, otherwise the
+/// pivoted one, which is slower for many stations.
+Eigen::VectorXd SolveSymmetric(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& right) {
+  const Eigen::LLT<Eigen::MatrixXd> llt(matrix);
+  if (llt.info() == Eigen::Success) return llt.solve(right);
+  return matrix.ldlt().solve(right);
+}
+
 bool IsTinyStep(const Eigen::VectorXd& xi, const PlanarAdjustmentOptions& options) {
   for (Eigen::Index row = 0; row < xi.size(); row += 6) {
     if (xi.segment<3>(row).norm() >= options.smallest_rotation_rad ||
@@ -88,16 +96,15 @@ struct Damping {
 
 }  // namespace
 
-PlanarAdjustmentResult AdjustPlanes(std::span<const WeightedPlane> planes,
-                                    std::span<const PosePrior> priors,
+PlanarAdjustmentResult AdjustPlanes(const PlanarProblem& problem,
                                     std::span<const RigidTransform> start, int fixed_station,
                                     const PlanarAdjustmentOptions& options) {
   PlanarAdjustmentResult result;
   result.poses.assign(start.begin(), start.end());
-  NormalEquations system = AssembleNormalEquations(planes, priors, result.poses);
+  NormalEquations system = AssembleNormalEquations(problem, result.poses);
   result.start_cost = result.final_cost = system.cost;
   result.information = system.matrix;
-  if (planes.empty() || start.size() < 2) return result;
+  if (problem.planes.empty() || start.size() < 2) return result;
 
   const Chart chart(start, fixed_station);
   AndersonAccelerator accelerator(std::max(options.anderson_window, 1));
@@ -106,13 +113,13 @@ PlanarAdjustmentResult AdjustPlanes(std::span<const WeightedPlane> planes,
   while (result.iterations < options.max_iterations) {
     ++result.iterations;
     const Eigen::VectorXd gradient = Reduced(system.gradient, fixed_station);
-    const Eigen::MatrixXd matrix = Reduced(system.matrix, fixed_station);
+    Eigen::MatrixXd matrix = Reduced(system.matrix, fixed_station);
     const Eigen::VectorXd damped = damping.value * matrix.diagonal().cwiseMax(1e-12);
-    const Eigen::LDLT<Eigen::MatrixXd> ldlt(matrix + Eigen::MatrixXd(damped.asDiagonal()));
-    const Eigen::VectorXd xi = -ldlt.solve(gradient);
+    matrix.diagonal() += damped;
+    const Eigen::VectorXd xi = -SolveSymmetric(matrix, gradient);
     const double expected = 0.5 * xi.dot(damped.cwiseProduct(xi) - gradient);
     std::vector<RigidTransform> stepped = chart.Step(result.poses, xi);
-    double cost = xi.allFinite() ? PlanarCost(planes, priors, stepped) : HUGE_VAL;
+    double cost = xi.allFinite() ? PlanarCost(problem, stepped) : HUGE_VAL;
 
     if (!(cost <= system.cost)) {
       if (xi.allFinite() && IsTinyStep(xi, options)) {
@@ -134,7 +141,7 @@ PlanarAdjustmentResult AdjustPlanes(std::span<const WeightedPlane> planes,
       const Eigen::VectorXd proposal =
           accelerator.Propose(chart.Coordinates(result.poses), chart.Coordinates(stepped));
       std::vector<RigidTransform> accelerated = chart.Poses(proposal);
-      const double accelerated_cost = PlanarCost(planes, priors, accelerated);
+      const double accelerated_cost = PlanarCost(problem, accelerated);
       if (accelerated_cost < cost) {
         stepped = std::move(accelerated);
         cost = accelerated_cost;
@@ -143,7 +150,7 @@ PlanarAdjustmentResult AdjustPlanes(std::span<const WeightedPlane> planes,
     }
     const double before = system.cost;
     result.poses = std::move(stepped);
-    system = AssembleNormalEquations(planes, priors, result.poses);
+    system = AssembleNormalEquations(problem, result.poses);
     if (before - cost <= options.relative_decrease * before || IsTinyStep(xi, options)) {
       result.status = Status::kConverged;
       break;
@@ -153,6 +160,14 @@ PlanarAdjustmentResult AdjustPlanes(std::span<const WeightedPlane> planes,
   result.final_cost = system.cost;
   result.information = system.matrix;
   return result;
+}
+
+PlanarAdjustmentResult AdjustPlanes(std::span<const WeightedPlane> planes,
+                                    std::span<const PosePrior> priors,
+                                    std::span<const RigidTransform> start, int fixed_station,
+                                    const PlanarAdjustmentOptions& options) {
+  return AdjustPlanes(PlanarProblem{planes, {priors, {}, {}}, nullptr}, start, fixed_station,
+                      options);
 }
 
 }  // namespace backsight

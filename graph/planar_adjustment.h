@@ -29,12 +29,15 @@ struct PlanarAdjustmentResult {
   double final_cost = 0.0;
   int iterations = 0;  ///< accepted and rejected Levenberg-Marquardt steps
   int anderson_accepted = 0;
-  /// Gauss-Newton matrix at the result, 6 rows per station, without damping, with the priors.
+  /// Gauss-Newton matrix at the result, 6 rows per station, without damping, with all observations.
   Eigen::MatrixXd information;
 };
 
 /// Moves all stations but `fixed_station` to the least cost. The cost never rises; a rejected step
 /// restores the poses. With no planes the poses come back unchanged, never NaN.
+PlanarAdjustmentResult AdjustPlanes(const PlanarProblem& problem,
+                                    std::span<const RigidTransform> start, int fixed_station,
+                                    const PlanarAdjustmentOptions& options);
 PlanarAdjustmentResult AdjustPlanes(std::span<const WeightedPlane> planes,
                                     std::span<const PosePrior> priors,
                                     std::span<const RigidTransform> start, int fixed_station,

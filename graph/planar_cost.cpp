@@ -2,7 +2,8 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <array>
+#include <cmath>
+#include <functional>
 
 namespace backsight {
 namespace {
@@ -60,98 +61,131 @@ Matrix6d HeldPlaneMatrix(const PointCluster& part, const Eigen::Vector3d& u,
   return shift.transpose() * local * shift;
 }
 
-/// Adds one plane. Symbols as in docs/stages/fine_registration.md, with the joint centroid as
-/// origin.
-void AddPlane(const WeightedPlane& plane, std::span<const RigidTransform> poses,
-              NormalEquations* system) {
-  const PlaneState state = Evaluate(plane, poses);
-  const Eigen::Vector3d u = state.axes.col(0);
-  const double n = state.count;
-  const double scale = 2.0 * plane.weight / n;
-  system->cost += plane.weight * state.eigenvalues[0];
-
-  const std::size_t parts = state.parts.size();
-  std::vector<Vector6d> b(parts);                 // coupling through the plane's offset
-  std::vector<std::array<Vector6d, 2>> w(parts);  // coupling through the plane's normal
-  for (std::size_t j = 0; j < parts; ++j) {
-    const PointCluster& part = state.parts[j];
-    const Eigen::Matrix3d moment = part.scatter + part.count * part.mean * part.mean.transpose();
-    const Eigen::Vector3d v = part.count * part.mean;
-    b[j] = AboutOrigin(v.cross(u), part.count * u, state.center);
-    for (int m = 0; m < 2; ++m) {
-      const Eigen::Vector3d in_plane = state.axes.col(m + 1);
-      w[j][static_cast<std::size_t>(m)] =
-          AboutOrigin((moment * in_plane).cross(u), v.dot(in_plane) * u, state.center);
-    }
-    const Eigen::Index row = 6 * plane.observations[j].station;
-    const Eigen::Vector3d s = moment * u;
-    system->gradient.segment<6>(row) += scale * AboutOrigin(s.cross(u), v.dot(u) * u, state.center);
-    system->matrix.block<6, 6>(row, row) += scale * HeldPlaneMatrix(part, u, state.center);
+/// One plane at a time where there is no context.
+void ForEach(const ExecutionContext* context, std::size_t n,
+             const std::function<void(std::size_t)>& body) {
+  constexpr std::size_t kGrain = 64;
+  if (context != nullptr) {
+    context->ParallelFor(n, body, kGrain);
+  } else {
+    for (std::size_t i = 0; i < n; ++i) body(i);
   }
-  constexpr double kSmallestWidth = 1e-12;  // m^2
-  for (std::size_t i = 0; i < parts; ++i) {
-    for (std::size_t j = 0; j < parts; ++j) {
-      Matrix6d coupling = b[i] * b[j].transpose() / n;
-      for (std::size_t m = 0; m < 2; ++m) {
-        const double width =
-            std::max(state.eigenvalues[static_cast<Eigen::Index>(m) + 1], kSmallestWidth);
-        coupling += w[i][m] * w[j][m].transpose() / (n * width);
+}
+
+/// Adds a run of planes: their terms side by side, then the matrix's columns side by side, station
+/// by station and within a station in the order of the planes. So every entry is summed in one
+/// order, and no thread needs a matrix of its own.
+void AddPlanes(std::span<const WeightedPlane> planes, std::span<const RigidTransform> poses,
+               const ExecutionContext* context, NormalEquations* system) {
+  std::vector<PlaneTerms> terms(planes.size());
+  ForEach(context, planes.size(),
+          [&](std::size_t k) { terms[k] = ComputePlaneTerms(planes[k], poses); });
+  struct Place {
+    const PlaneTerms* plane;
+    const PlaneTerms::Part* part;
+  };
+  std::vector<std::vector<Place>> of_station(poses.size());
+  for (const PlaneTerms& plane : terms) {
+    system->cost += plane.cost;
+    for (const PlaneTerms::Part& part : plane.parts) {
+      of_station[static_cast<std::size_t>(part.station)].push_back({&plane, &part});
+    }
+  }
+  const auto add_column = [&](std::size_t s) {
+    const auto column = static_cast<Eigen::Index>(6 * s);
+    for (const Place& place : of_station[s]) {
+      system->gradient.segment<6>(column) += place.part->gradient;
+      system->matrix.block<6, 6>(column, column) += place.part->held;
+      for (const PlaneTerms::Part& other : place.plane->parts) {
+        system->matrix.block<6, 6>(6 * other.station, column).noalias() -=
+            other.coupling * place.part->coupling.transpose();
       }
-      system->matrix.block<6, 6>(6 * plane.observations[i].station,
-                                 6 * plane.observations[j].station) -= scale * coupling;
     }
+  };
+  if (context != nullptr) {
+    context->ParallelFor(poses.size(), add_column);
+  } else {
+    for (std::size_t s = 0; s < poses.size(); ++s) add_column(s);
   }
-}
-
-double PriorCost(const PosePrior& prior, std::span<const RigidTransform> poses) {
-  const Vector6d r =
-      LocalDifference(poses[static_cast<std::size_t>(prior.station)], prior.expected);
-  return 0.5 * r.dot(prior.information * r);
-}
-
-void AddPrior(const PosePrior& prior, std::span<const RigidTransform> poses,
-              NormalEquations* system) {
-  const Vector6d r =
-      LocalDifference(poses[static_cast<std::size_t>(prior.station)], prior.expected);
-  const Matrix6d jacobian = LocalDifferenceJacobian(r);
-  const Eigen::Index row = 6 * prior.station;
-  system->cost += 0.5 * r.dot(prior.information * r);
-  system->gradient.segment<6>(row) += jacobian.transpose() * prior.information * r;
-  system->matrix.block<6, 6>(row, row) += jacobian.transpose() * prior.information * jacobian;
 }
 
 }  // namespace
 
-std::vector<double> PlaneThicknesses(std::span<const WeightedPlane> planes,
-                                     std::span<const RigidTransform> poses) {
-  std::vector<double> thicknesses;
-  thicknesses.reserve(planes.size());
-  for (const WeightedPlane& plane : planes) {
-    thicknesses.push_back(Evaluate(plane, poses).eigenvalues[0]);
+PlaneTerms ComputePlaneTerms(const WeightedPlane& plane, std::span<const RigidTransform> poses) {
+  // Symbols as in docs/stages/fine_registration.md, with the joint centroid as origin.
+  const PlaneState state = Evaluate(plane, poses);
+  const Eigen::Vector3d u = state.axes.col(0);
+  const double n = state.count;
+  const double scale = 2.0 * plane.weight / n;
+  constexpr double kSmallestWidth = 1e-12;  // m^2
+  PlaneTerms terms;
+  terms.cost = plane.weight * state.eigenvalues[0];
+  terms.parts.resize(state.parts.size());
+  for (std::size_t j = 0; j < state.parts.size(); ++j) {
+    const PointCluster& cluster = state.parts[j];
+    const Eigen::Matrix3d moment =
+        cluster.scatter + cluster.count * cluster.mean * cluster.mean.transpose();
+    const Eigen::Vector3d v = cluster.count * cluster.mean;
+    PlaneTerms::Part& part = terms.parts[j];
+    part.station = plane.observations[j].station;
+    const Eigen::Vector3d s = moment * u;
+    part.gradient = scale * AboutOrigin(s.cross(u), v.dot(u) * u, state.center);
+    part.held = scale * HeldPlaneMatrix(cluster, u, state.center);
+    part.coupling.col(0) =
+        std::sqrt(scale / n) * AboutOrigin(v.cross(u), cluster.count * u, state.center);
+    for (int m = 1; m < 3; ++m) {
+      const Eigen::Vector3d in_plane = state.axes.col(m);
+      const double width = std::max(state.eigenvalues[m], kSmallestWidth);
+      part.coupling.col(m) =
+          std::sqrt(scale / (n * width)) *
+          AboutOrigin((moment * in_plane).cross(u), v.dot(in_plane) * u, state.center);
+    }
   }
+  return terms;
+}
+
+std::vector<double> PlaneThicknesses(std::span<const WeightedPlane> planes,
+                                     std::span<const RigidTransform> poses,
+                                     const ExecutionContext* context) {
+  std::vector<double> thicknesses(planes.size());
+  ForEach(context, planes.size(),
+          [&](std::size_t k) { thicknesses[k] = Evaluate(planes[k], poses).eigenvalues[0]; });
   return thicknesses;
+}
+
+double PlanarCost(const PlanarProblem& problem, std::span<const RigidTransform> poses) {
+  const std::vector<double> thickness = PlaneThicknesses(problem.planes, poses, problem.context);
+  double cost = 0.0;
+  for (std::size_t k = 0; k < thickness.size(); ++k) {
+    cost += problem.planes[k].weight * thickness[k];
+  }
+  return cost + PoseObservationsCost(problem.observations, poses);
 }
 
 double PlanarCost(std::span<const WeightedPlane> planes, std::span<const PosePrior> priors,
                   std::span<const RigidTransform> poses) {
-  double cost = 0.0;
-  for (const WeightedPlane& plane : planes) {
-    cost += plane.weight * Evaluate(plane, poses).eigenvalues[0];
-  }
-  for (const PosePrior& prior : priors) cost += PriorCost(prior, poses);
-  return cost;
+  return PlanarCost(PlanarProblem{planes, {priors, {}, {}}, nullptr}, poses);
 }
 
-NormalEquations AssembleNormalEquations(std::span<const WeightedPlane> planes,
-                                        std::span<const PosePrior> priors,
+NormalEquations AssembleNormalEquations(const PlanarProblem& problem,
                                         std::span<const RigidTransform> poses) {
   NormalEquations system;
   const auto unknowns = static_cast<Eigen::Index>(6 * poses.size());
   system.gradient = Eigen::VectorXd::Zero(unknowns);
   system.matrix = Eigen::MatrixXd::Zero(unknowns, unknowns);
-  for (const WeightedPlane& plane : planes) AddPlane(plane, poses, &system);
-  for (const PosePrior& prior : priors) AddPrior(prior, poses, &system);
+  constexpr std::size_t kBatch = 8192;  // planes whose terms are in memory at a time
+  for (std::size_t begin = 0; begin < problem.planes.size(); begin += kBatch) {
+    const std::size_t count = std::min(kBatch, problem.planes.size() - begin);
+    AddPlanes(problem.planes.subspan(begin, count), poses, problem.context, &system);
+  }
+  AddPoseObservations(problem.observations, poses, &system);
   return system;
+}
+
+NormalEquations AssembleNormalEquations(std::span<const WeightedPlane> planes,
+                                        std::span<const PosePrior> priors,
+                                        std::span<const RigidTransform> poses) {
+  return AssembleNormalEquations(PlanarProblem{planes, {priors, {}, {}}, nullptr}, poses);
 }
 
 }  // namespace backsight

@@ -4,8 +4,10 @@
 #include <span>
 #include <vector>
 
+#include "core/execution.h"
 #include "core/rigid_transform.h"
 #include "graph/plane_segmentation.h"
+#include "graph/pose_observations.h"
 
 namespace backsight {
 
@@ -16,33 +18,46 @@ struct WeightedPlane {
   double weight = 1.0;  ///< 1/m^2
 };
 
-/// Soft observation of one station's pose: 0.5 * r^T information r, r = LocalDifference(pose,
-/// expected).
-struct PosePrior {
-  int station = 0;
-  RigidTransform expected;
-  Matrix6d information = Matrix6d::Zero();
+/// All that is minimised. `context` (may be null: one thread) changes the time, not a bit of the
+/// result.
+struct PlanarProblem {
+  std::span<const WeightedPlane> planes;
+  PoseObservations observations;
+  const ExecutionContext* context = nullptr;
 };
 
-/// Gradient and Gauss-Newton matrix over all stations, 6 rows each, Retract's convention. The
-/// matrix is the Schur complement of the point-to-plane normal matrix after elimination of the
-/// planes: always positive semi-definite, and it annihilates a common rigid motion.
-struct NormalEquations {
+/// One plane's part of the normal equations with the plane itself eliminated. The block of its
+/// observations i and j is (i == j ? held_i : 0) - coupling_i * coupling_j^T.
+struct PlaneTerms {
+  struct Part {
+    int station = 0;
+    Vector6d gradient;
+    Matrix6d held;                         ///< with the plane held
+    Eigen::Matrix<double, 6, 3> coupling;  ///< through the plane's offset and its two tilts
+  };
   double cost = 0.0;
-  Eigen::VectorXd gradient;
-  Eigen::MatrixXd matrix;
+  std::vector<Part> parts;  ///< one per observation
 };
+
+PlaneTerms ComputePlaneTerms(const WeightedPlane& plane, std::span<const RigidTransform> poses);
 
 /// lambda_1 of every plane at `poses` (world_from_station), m^2.
 std::vector<double> PlaneThicknesses(std::span<const WeightedPlane> planes,
-                                     std::span<const RigidTransform> poses);
+                                     std::span<const RigidTransform> poses,
+                                     const ExecutionContext* context = nullptr);
 
-/// Sum of weight * lambda_1 and the priors' cost.
+/// Sum of weight * lambda_1 and the other observations' cost.
+double PlanarCost(const PlanarProblem& problem, std::span<const RigidTransform> poses);
 double PlanarCost(std::span<const WeightedPlane> planes, std::span<const PosePrior> priors,
                   std::span<const RigidTransform> poses);
 
 /// Cost, gradient and Gauss-Newton matrix (docs/stages/fine_registration.md, after BALM2's
-/// elimination of plane parameters, doi 10.1109/TRO.2023.3335670).
+/// elimination of plane parameters, doi 10.1109/TRO.2023.3335670). The planes' part of the matrix
+/// is the Schur complement of the point-to-plane normal matrix after elimination of the planes:
+/// always positive semi-definite, and it annihilates a common rigid motion. Dense, 36 M^2 doubles
+/// for M stations; time O(observations * stations per plane).
+NormalEquations AssembleNormalEquations(const PlanarProblem& problem,
+                                        std::span<const RigidTransform> poses);
 NormalEquations AssembleNormalEquations(std::span<const WeightedPlane> planes,
                                         std::span<const PosePrior> priors,
                                         std::span<const RigidTransform> poses);

@@ -2,8 +2,10 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <compare>
+#include <functional>
+#include <iterator>
 
 #include "core/voxel_grid.h"
 
@@ -12,11 +14,17 @@ namespace {
 
 /// A voxel cluster with its station, moved to the world.
 struct Item {
-  std::uint64_t root_key = 0;
   int station = 0;
   const PointCluster* local = nullptr;
   PointCluster world;
 };
+
+/// The finaliser of SplitMix64 (Steele et al. 2014, doi 10.1145/2660193.2660195).
+std::uint64_t Mix(std::uint64_t z) {
+  z = (z ^ (z >> 30U)) * 0xBF58476D1CE4E5B9U;
+  z = (z ^ (z >> 27U)) * 0x94D049BB133111EBU;
+  return z ^ (z >> 31U);
+}
 
 struct Fit {
   Eigen::Vector3d eigenvalues;  // of the covariance, ascending, m^2
@@ -45,7 +53,10 @@ class Splitter {
   void Split(std::span<Item> items, const Eigen::Vector3d& center, double edge, int depth) {
     std::vector<StationPart> parts = GatherParts(items);
     std::erase_if(parts, [&](const StationPart& part) { return !HasEnough(part); });
-    if (parts.size() < 2 || Accept(parts) || depth == options_.max_depth) return;
+    if (parts.size() < 2 || Accept(parts, PlaneCell(center, options_.root_edge_m, depth)) ||
+        depth == options_.max_depth) {
+      return;
+    }
 
     const auto octant = [&](const Item& item) {
       const Eigen::Vector3d d = item.world.mean - center;
@@ -100,7 +111,7 @@ class Splitter {
   }
 
   /// Records the plane if at least two stations see one plane here and agree on it.
-  bool Accept(std::vector<StationPart> parts) {
+  bool Accept(std::vector<StationPart> parts, std::uint64_t cell) {
     std::erase_if(parts, [&](const StationPart& part) { return !IsPlanar(FitPlane(part.world)); });
     while (parts.size() >= 2) {
       PointCluster joint;
@@ -118,6 +129,7 @@ class Splitter {
         continue;
       }
       PlaneAssociation plane;
+      plane.cell = cell;
       for (const StationPart& part : parts)
         plane.observations.push_back({part.station, part.local});
       planes_->push_back(std::move(plane));
@@ -130,40 +142,145 @@ class Splitter {
   std::vector<PlaneAssociation>* planes_;
 };
 
+/// A cluster's place among all, as light as it can be: there may be hundreds of millions.
+struct Entry {
+  std::uint64_t root_key;
+  std::uint32_t station;
+  std::uint32_t cluster;
+  auto operator<=>(const Entry&) const = default;
+};
+
+void ForEach(const ExecutionContext* context, std::size_t n,
+             const std::function<void(std::size_t)>& body) {
+  if (context != nullptr) {
+    context->ParallelFor(n, body);
+  } else {
+    for (std::size_t i = 0; i < n; ++i) body(i);
+  }
+}
+
+class Association {
+ public:
+  Association(std::span<const ClusterList> clusters, std::span<const RigidTransform> poses,
+              const PlaneSearchOptions& options, const ExecutionContext* context)
+      : clusters_(clusters),
+        poses_(poses),
+        options_(options),
+        context_(context),
+        lattice_{.edge_m = options.root_edge_m} {}
+
+  std::vector<PlaneAssociation> Find() const {
+    const std::vector<Entry> entries = CommonEntries(CommonCells());
+    std::vector<std::size_t> cells;  // where each begins, and the end
+    for (std::size_t i = 0; i < entries.size(); ++i) {
+      if (i == 0 || entries[i].root_key != entries[i - 1].root_key) cells.push_back(i);
+    }
+    cells.push_back(entries.size());
+    constexpr std::size_t kChunk = 256;  // cells; fixed, so that the order is
+    const std::size_t chunks = (cells.size() - 1 + kChunk - 1) / kChunk;
+    std::vector<std::vector<PlaneAssociation>> found(chunks);
+    ForEach(context_, chunks, [&](std::size_t chunk) {
+      const std::size_t end = std::min((chunk + 1) * kChunk, cells.size() - 1);
+      for (std::size_t c = chunk * kChunk; c < end; ++c) {
+        SearchCell(std::span(entries).subspan(cells[c], cells[c + 1] - cells[c]), &found[chunk]);
+      }
+    });
+    std::vector<PlaneAssociation> planes;
+    for (auto& part : found) std::move(part.begin(), part.end(), std::back_inserter(planes));
+    return planes;
+  }
+
+ private:
+  std::uint64_t RootKey(std::size_t station, std::size_t cluster) const {
+    return lattice_.Key(poses_[station] * clusters_[station][cluster].mean);
+  }
+
+  /// Root cells that two or more stations see, ascending.
+  std::vector<std::uint64_t> CommonCells() const {
+    std::vector<std::vector<std::uint64_t>> of_station(clusters_.size());
+    ForEach(context_, clusters_.size(), [&](std::size_t s) {
+      std::vector<std::uint64_t>& keys = of_station[s];
+      for (std::size_t i = 0; i < clusters_[s].size(); ++i) {
+        const std::uint64_t key = RootKey(s, i);
+        if (keys.empty() || keys.back() != key) keys.push_back(key);
+      }
+      std::sort(keys.begin(), keys.end());
+      keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+    });
+    std::vector<std::uint64_t> all;
+    for (const auto& keys : of_station) all.insert(all.end(), keys.begin(), keys.end());
+    std::sort(all.begin(), all.end());
+    std::vector<std::uint64_t> common;
+    for (std::size_t i = 1; i < all.size(); ++i) {
+      if (all[i] == all[i - 1] && (common.empty() || common.back() != all[i])) {
+        common.push_back(all[i]);
+      }
+    }
+    return common;
+  }
+
+  std::vector<Entry> CommonEntries(const std::vector<std::uint64_t>& common) const {
+    std::vector<std::vector<Entry>> of_station(clusters_.size());
+    ForEach(context_, clusters_.size(), [&](std::size_t s) {
+      for (std::size_t i = 0; i < clusters_[s].size(); ++i) {
+        const std::uint64_t key = RootKey(s, i);
+        if (!std::binary_search(common.begin(), common.end(), key)) continue;
+        of_station[s].push_back(
+            {key, static_cast<std::uint32_t>(s), static_cast<std::uint32_t>(i)});
+      }
+    });
+    std::vector<Entry> entries;
+    for (auto& part : of_station) {
+      entries.insert(entries.end(), part.begin(), part.end());
+      part = {};
+    }
+    std::sort(entries.begin(), entries.end());
+    return entries;
+  }
+
+  void SearchCell(std::span<const Entry> cell, std::vector<PlaneAssociation>* planes) const {
+    std::vector<Item> items;
+    items.reserve(cell.size());
+    for (const Entry& entry : cell) {
+      const PointCluster& local = clusters_[entry.station][entry.cluster];
+      const RigidTransform& pose = poses_[entry.station];
+      items.push_back({static_cast<int>(entry.station), &local,
+                       Transformed(pose.rotation, pose.translation, local)});
+    }
+    const Eigen::Vector3d corner = lattice_.Corner(VoxelLattice::Unpack(cell.front().root_key));
+    const Eigen::Vector3d center = corner.array() + 0.5 * options_.root_edge_m;
+    Splitter(options_, planes).Split(items, center, options_.root_edge_m, 0);
+  }
+
+  std::span<const ClusterList> clusters_;
+  std::span<const RigidTransform> poses_;
+  const PlaneSearchOptions& options_;
+  const ExecutionContext* context_;
+  VoxelLattice lattice_;
+};
+
 }  // namespace
+
+std::uint64_t PlaneCell(const Eigen::Vector3d& world_point, double root_edge_m, int depth) {
+  const VoxelLattice lattice{.edge_m = std::ldexp(root_edge_m, -depth)};
+  constexpr std::uint64_t kGolden = 0x9E3779B97F4A7C15U;
+  return Mix(lattice.Key(world_point) + kGolden * static_cast<std::uint64_t>(depth + 1));
+}
+
+std::vector<PlaneAssociation> FindPlanes(std::span<const ClusterList> clusters,
+                                         std::span<const RigidTransform> poses,
+                                         const PlaneSearchOptions& options,
+                                         const ExecutionContext* context) {
+  return Association(clusters, poses, options, context).Find();
+}
 
 std::vector<PlaneAssociation> FindPlanes(std::span<const std::vector<PointCluster>* const> clusters,
                                          std::span<const RigidTransform> poses,
                                          const PlaneSearchOptions& options) {
-  const VoxelLattice lattice{.edge_m = options.root_edge_m};
-  std::vector<Item> items;
-  for (std::size_t s = 0; s < clusters.size(); ++s) {
-    for (const PointCluster& cluster : *clusters[s]) {
-      Item item;
-      item.station = static_cast<int>(s);
-      item.local = &cluster;
-      item.world = Transformed(poses[s].rotation, poses[s].translation, cluster);
-      item.root_key = lattice.Key(item.world.mean);
-      items.push_back(item);
-    }
-  }
-  std::stable_sort(items.begin(), items.end(),
-                   [](const Item& a, const Item& b) { return a.root_key < b.root_key; });
-
-  std::vector<PlaneAssociation> planes;
-  Splitter splitter(options, &planes);
-  for (std::size_t begin = 0; begin < items.size();) {
-    std::size_t end = begin + 1;
-    while (end < items.size() && items[end].root_key == items[begin].root_key) ++end;
-    const std::span<Item> cell(items.data() + begin, end - begin);
-    if (cell.front().station != cell.back().station) {
-      const Eigen::Vector3d corner = lattice.Corner(VoxelLattice::Unpack(cell.front().root_key));
-      const Eigen::Vector3d center = corner.array() + 0.5 * options.root_edge_m;
-      splitter.Split(cell, center, options.root_edge_m, 0);
-    }
-    begin = end;
-  }
-  return planes;
+  std::vector<ClusterList> lists;
+  lists.reserve(clusters.size());
+  for (const std::vector<PointCluster>* list : clusters) lists.emplace_back(*list);
+  return FindPlanes(lists, poses, options, nullptr);
 }
 
 }  // namespace backsight

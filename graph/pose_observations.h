@@ -1,0 +1,51 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+
+#include "core/rigid_transform.h"
+#include "graph/pose_graph.h"
+
+namespace backsight {
+
+/// Gradient and Gauss-Newton matrix over all stations, 6 rows each, Retract's convention.
+struct NormalEquations {
+  double cost = 0.0;
+  Eigen::VectorXd gradient;
+  Eigen::MatrixXd matrix;
+};
+
+/// Soft observation of one station's pose: 0.5 * r^T information r, r = LocalDifference(pose,
+/// expected).
+struct PosePrior {
+  int station = 0;
+  RigidTransform expected;
+  Matrix6d information = Matrix6d::Zero();
+};
+
+/// A levelled station: its z axis is the vertical, within sigma_rad per horizontal axis. The
+/// vertical itself is unknown and common to all levelled stations; it is eliminated in closed form:
+/// the cost is 0.5 * sum |z_s - v|^2 / sigma_s^2, z_s the station's z axis in the world and v their
+/// weighted mean. One station alone observes nothing; the datum station counts like any other.
+struct TiltObservation {
+  int station = 0;
+  double sigma_rad = 1e-4;
+};
+
+/// What is known of the poses besides planes. `links` are 0.5 * r^T information r with r =
+/// LinkResidual; their confidence plays no part.
+struct PoseObservations {
+  std::span<const PosePrior> priors;
+  std::span<const PoseGraphLink> links;
+  std::span<const TiltObservation> tilts;
+};
+
+double PoseObservationsCost(const PoseObservations& observations,
+                            std::span<const RigidTransform> poses);
+
+/// Adds cost, gradient and Gauss-Newton matrix; `system` must have 6 rows per pose. Links
+/// annihilate a common motion, tilts a common rotation about the vertical and every translation.
+void AddPoseObservations(const PoseObservations& observations,
+                         std::span<const RigidTransform> poses, NormalEquations* system);
+
+}  // namespace backsight
