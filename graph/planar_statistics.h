@@ -19,8 +19,8 @@ struct PlaneAgreement {
 
 PlaneAgreement Agreement(const WeightedPlane& plane, std::span<const RigidTransform> poses);
 
-/// Pull of some other observation of a relative pose, as it adds to the normal equations: `gradient`
-/// to the source's rows, its negative to the target's, and `matrix` likewise.
+/// Pull of some other observation of a relative pose, as it adds to the normal equations:
+/// `gradient` to the source's rows, its negative to the target's, and `matrix` likewise.
 struct LinkScore {
   int source = 0;
   int target = 0;
@@ -36,9 +36,9 @@ struct VarianceFactor {
 };
 
 /// From the scatter of the observations' pulls on the poses: planes, then `scores`, are gathered in
-/// blocks (`block[k]`, any numbers) whose errors are taken as independent of each other, but not of one another within.
-/// With g_b, G_b a block's gradient and Gauss-Newton matrix at the minimum and C the formal joint
-/// covariance (6 rows per pose, zero for the fixed station),
+/// blocks (`block[k]`, any numbers) whose errors are taken as independent of each other, but not of
+/// one another within. With g_b, G_b a block's gradient and Gauss-Newton matrix at the minimum and
+/// C the formal joint covariance (6 rows per pose, zero for the fixed station),
 ///   factor = sum_b g_b^T C g_b / sum_b [tr(C G_b) - tr(C G_b C G_b)],
 /// whose expectation is 1 where weights are honest and blocks independent, the second trace being
 /// what the adjustment itself takes out of a block's pull. It is the scalar form of the

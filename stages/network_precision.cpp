@@ -22,9 +22,6 @@ void ChooseVarianceFactor(const PrecisionInput& input, const Eigen::MatrixXd& fo
     const std::vector<std::uint64_t> blocks = SpatialBlocks(input, edge);
     const VarianceFactor estimate =
         EstimateVarianceFactor(input.planes, input.surfaces, blocks, input.poses, formal, context);
-    if (getenv("NEES_DEBUG"))
-      fprintf(stderr, "block %.2f factor %.4f eff %.1f\n", edge, estimate.factor,
-              estimate.effective_blocks);
     if (step > 0 && estimate.effective_blocks < kFewestBlocks) break;
     if (estimate.factor > best) {
       best = estimate.factor;
@@ -33,7 +30,8 @@ void ChooseVarianceFactor(const PrecisionInput& input, const Eigen::MatrixXd& fo
   }
   // Noise-free data: the covariance must stay invertible.
   constexpr double kSmallestFactor = 1e-6;
-  precision->variance_factor = std::max(best, kSmallestFactor);
+  precision->variance_factor =
+      std::max(best / (input.robust_slope * input.robust_slope), kSmallestFactor);
 }
 
 /// From a perturbation at the station's own position to one about the survey's origin.
@@ -169,7 +167,8 @@ std::vector<std::uint64_t> SpatialBlocks(const PrecisionInput& input, double edg
 }
 
 Eigen::MatrixXd ScanInformation(const PrecisionInput& input, const ExecutionContext& context) {
-  Eigen::MatrixXd matrix = AssembleNormalEquations({input.planes, {}, &context}, input.poses).matrix;
+  Eigen::MatrixXd matrix =
+      AssembleNormalEquations({input.planes, {}, &context}, input.poses).matrix;
   for (const LinkScore& score : input.surfaces) {
     const Eigen::Index i = 6 * score.source;
     const Eigen::Index j = 6 * score.target;

@@ -34,10 +34,11 @@ struct PrecisionFloor {
 /// The network at its minimum.
 struct PrecisionInput {
   std::span<const WeightedPlane> planes;
-  std::span<const LinkScore> surfaces;      ///< whatever else belongs to the scans, by blocks
-  PoseObservations others;                  ///< whose information is taken at its word
-  std::span<const RigidTransform> poses;    ///< the first station is the datum
-  double smallest_block_m = 0.8;            ///< of the blocks that may be independent
+  std::span<const LinkScore> surfaces;    ///< whatever else belongs to the scans, by blocks
+  PoseObservations others;                ///< whose information is taken at its word
+  std::span<const RigidTransform> poses;  ///< the first station is the datum
+  double smallest_block_m = 0.8;          ///< of the blocks that may be independent
+  double robust_slope = 1.0;              ///< PlaneWeights::slope
 };
 
 /// Covariance (information of planes and surfaces / variance factor + others')^-1 plus the floor.

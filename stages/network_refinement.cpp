@@ -151,18 +151,16 @@ class Refinement {
   PlanarProblem Problem() const { return {planes_.adjusted, {{}, all_links_, tilts_}, &context_}; }
 
   PrecisionInput Precision(const Poses& poses) const {
-    return {planes_.adjusted, surfaces_.scores, {{}, links_, tilts_}, poses,
-            options_.root_edge * l_};
+    return {
+        planes_.adjusted, surfaces_.scores, {{}, links_, tilts_}, poses, options_.root_edge * l_};
   }
 
   /// Surfaces at `poses`, weighed against the planes as found so far.
   void ObserveSurfaces(const Poses& poses) {
     if (!options_.surfaces || input_.normals.empty()) return;
-    std::vector<std::uint64_t> cells;
-    for (const std::uint64_t cell : planes_.cells) cells.push_back(cell);
+    std::vector<std::uint64_t> cells = planes_.cells;
     std::sort(cells.begin(), cells.end());
     const auto covered = [&](std::size_t s, std::size_t i) {
-      if (getenv("NOCOVER")) return false;
       const Eigen::Vector3d point = poses[s] * clusters_[s][i].mean;
       for (int depth = 0; depth <= PlaneSearchOptions{}.max_depth; ++depth) {
         const std::uint64_t cell = PlaneCell(point, options_.root_edge * l_, depth);
@@ -181,9 +179,9 @@ class Refinement {
   void WeighSurfaces(const Poses& poses) {
     if (surfaces_.scores.empty()) return;
     const PrecisionInput input = Precision(poses);
-    const Eigen::MatrixXd formal = InvertInformation(
-        ScanInformation(input, context_) +
-        AssembleNormalEquations({{}, input.others, nullptr}, poses).matrix);
+    const Eigen::MatrixXd formal =
+        InvertInformation(ScanInformation(input, context_) +
+                          AssembleNormalEquations({{}, input.others, nullptr}, poses).matrix);
     if (formal.size() == 0) return;
     const double edge = 4.0 * options_.root_edge * l_;
     const PrecisionInput planes{input.planes, {}, {}, poses, edge};
@@ -195,7 +193,6 @@ class Refinement {
         EstimateVarianceFactor({}, input.surfaces, SpatialBlocks(surfaces, edge), poses, formal,
                                context_)
             .factor;
-    if (getenv("NEES_DEBUG")) fprintf(stderr, "vce planes %.3f surfaces %.3f (factor %.3f) matches %d\n", of_planes, of_surfaces, result_.surface_factor, surfaces_.matches);
     result_.surface_factor *= of_surfaces / of_planes;
   }
 
@@ -280,8 +277,10 @@ class Refinement {
     const PlaneWeights weights = SetNetworkWeights(poses, context_, &copy);
     result_.sigma0_m = weights.sigma0_m;
     result_.agreement_factor = weights.agreement_factor;
+    PrecisionInput precision_input = Precision(poses);
+    precision_input.robust_slope = weights.slope;
     const NetworkPrecision precision = ComputePrecision(
-        Precision(poses),
+        precision_input,
         {options_.floor_rotation_deg * std::numbers::pi / 180.0, options_.floor_translation_m},
         context_);
     const bool finite =

@@ -46,7 +46,7 @@ struct NetworkRefinementInput {
 struct RefinementRound {
   int planes = 0;  ///< adjusted ones
   int observations = 0;
-  int surface_matches = 0;  ///< voxels that no plane covers
+  int surface_matches = 0;      ///< voxels that no plane covers
   int iterations = 0;           ///< of Levenberg-Marquardt
   int anderson_accepted = 0;    ///< proposals within it
   bool anderson_start = false;  ///< it began at the proposal of the rounds before

@@ -54,8 +54,7 @@ SurfaceMatcher::SurfaceMatcher(std::span<const StationModel* const> stations,
 }
 
 std::vector<SurfaceMatcher::Match> SurfaceMatcher::FindMatches(
-    const PoseGraphLink& link, const RigidTransform& target_from_source,
-    std::size_t sample) const {
+    const PoseGraphLink& link, const RigidTransform& target_from_source, std::size_t sample) const {
   const Voxels& source = voxels_[static_cast<std::size_t>(link.source)];
   const Voxels& target = voxels_[static_cast<std::size_t>(link.target)];
   const std::size_t stride = std::max<std::size_t>(1, source.means.size() / sample);
@@ -141,7 +140,8 @@ SurfaceObservations SurfaceMatcher::Observe(std::span<const PoseGraphLink> links
                                             const ExecutionContext& context) const {
   constexpr std::size_t kAllMatches = 2'000'000;
   constexpr std::size_t kSample = 20'000;
-  const std::size_t sample = std::min(kSample, kAllMatches / std::max<std::size_t>(1, links.size()));
+  const std::size_t sample =
+      std::min(kSample, kAllMatches / std::max<std::size_t>(1, links.size()));
   std::vector<LinkResult> results(links.size());
   context.ParallelFor(links.size(), [&](std::size_t k) {
     results[k] = ObserveLink(links[k], poses, block_m, information_factor, sample);

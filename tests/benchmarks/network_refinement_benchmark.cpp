@@ -46,10 +46,8 @@ StationModel Measure(Random& random, const RigidTransform& survey_from_station) 
     }
     for (double z = -1.4; z < kHeight; z += kStep) {
       for (int wall = -1; wall <= 1; ++wall) {
-        const double wall_x =
-            kSpacing * (std::round(at.x() / kSpacing) + wall) + 0.45 * kSpacing;
-        const double wall_y =
-            kSpacing * (std::round(at.y() / kSpacing) + wall) + 0.45 * kSpacing;
+        const double wall_x = kSpacing * (std::round(at.x() / kSpacing) + wall) + 0.45 * kSpacing;
+        const double wall_y = kSpacing * (std::round(at.y() / kSpacing) + wall) + 0.45 * kSpacing;
         add({wall_x, y + Jitter(random), z + Jitter(random)});
         add({x + Jitter(random), wall_y, z + Jitter(random)});
       }
@@ -75,8 +73,7 @@ std::vector<RigidTransform> PlaceStations(Random& random) {
   return poses;
 }
 
-std::vector<PoseGraphLink> LinkNeighbors(Random& random,
-                                         const std::vector<RigidTransform>& truth) {
+std::vector<PoseGraphLink> LinkNeighbors(Random& random, const std::vector<RigidTransform>& truth) {
   Vector6d sigma;
   sigma << Eigen::Vector3d::Constant(0.02 * std::numbers::pi / 180.0),
       Eigen::Vector3d::Constant(0.004);
@@ -87,8 +84,7 @@ std::vector<PoseGraphLink> LinkNeighbors(Random& random,
       if (target_from_source.translation.norm() > 1.6 * kSpacing) continue;
       Vector6d draw;
       for (int i = 0; i < 6; ++i) draw[i] = sigma[i] * random.Normal();
-      links.push_back({static_cast<int>(s), static_cast<int>(t),
-                       Retract(target_from_source, draw),
+      links.push_back({static_cast<int>(s), static_cast<int>(t), Retract(target_from_source, draw),
                        sigma.cwiseAbs2().cwiseInverse().asDiagonal()});
     }
   }
@@ -132,11 +128,11 @@ void Run(int threads) {
   const NetworkRefinementResult result = RefineNetwork(input, {}, context);
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
   for (const RefinementRound& round : result.rounds) {
-    fmt::print("planes {} observations {} iterations {} anderson {} start {} cost {:.6g} -> {:.6g} "
-               "largest move {:.3f} mm\n",
-               round.planes, round.observations, round.iterations, round.anderson_accepted,
-               round.anderson_start, round.cost_before, round.cost_after,
-               1e3 * round.largest_move_m);
+    fmt::print(
+        "planes {} observations {} iterations {} anderson {} start {} cost {:.6g} -> {:.6g} "
+        "largest move {:.3f} mm\n",
+        round.planes, round.observations, round.iterations, round.anderson_accepted,
+        round.anderson_start, round.cost_before, round.cost_after, 1e3 * round.largest_move_m);
   }
   const auto rows = static_cast<Eigen::Index>(6 * (truth.size() - 1));
   Eigen::VectorXd error(rows);
@@ -147,10 +143,11 @@ void Run(int threads) {
   const double nees =
       error.dot(result.covariance.bottomRightCorner(rows, rows).llt().solve(error)) /
       static_cast<double>(rows);
-  fmt::print("status {} agreement {:.3f} variance factor {:.3f} (blocks {:.1f} m) weakest {:.2f} mm "
-             "at station {}\n",
-             static_cast<int>(result.status), result.agreement_factor, result.variance_factor,
-             result.block_m, 1e3 * result.weakest.sigma_m, result.weakest.station);
+  fmt::print(
+      "status {} agreement {:.3f} variance factor {:.3f} (blocks {:.1f} m) weakest {:.2f} mm "
+      "at station {}\n",
+      static_cast<int>(result.status), result.agreement_factor, result.variance_factor,
+      result.block_m, 1e3 * result.weakest.sigma_m, result.weakest.station);
   fmt::print("mean TE {:.3f} -> {:.3f} mm NEES/dof {:.3f}\n",
              1e3 * MeanDistance(input.survey_from_station, truth),
              1e3 * MeanDistance(result.survey_from_station, truth), nees);

@@ -95,10 +95,7 @@ double RunOne(const std::string& path, std::uint64_t seed, const ExecutionContex
   std::vector<StationModel> models;
   for (std::size_t s = 0; s < campaign.stations.size(); ++s) {
     SimulatedScan scan(SimulateStation(campaign, s, context));
-    IngestOptions ingest;
-    if (const char* l = std::getenv("NEES_L")) ingest.resolution_m = std::atof(l);
-    models.push_back(
-        IngestScan(campaign.stations[s].id, scan, std::nullopt, ingest, context).model);
+    models.push_back(IngestScan(campaign.stations[s].id, scan, std::nullopt, {}, context).model);
   }
   Random random(seed);
   NetworkRefinementInput input;

@@ -49,14 +49,13 @@ TEST(EstimateVarianceFactor, IsOneForHonestWeightsAndFindsTheirScale) {
     double sum = 0.0;
     constexpr int kSeeds = 10;
     for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
-      SyntheticPlanes scene =
-          MakePlanes(seed, {.stations = 4, .planes = 200, .noise_m = 0.004});
+      SyntheticPlanes scene = MakePlanes(seed, {.stations = 4, .planes = 200, .noise_m = 0.004});
       for (WeightedPlane& plane : scene.planes) plane.weight *= scale;
       const auto result = AdjustPlanes(scene.planes, {}, scene.world_from_station, 0, {});
-      sum += EstimateVarianceFactor(scene.planes, {}, OnePlaneABlock(scene.planes.size()),
-                                    result.poses, Covariance(result.information),
-                                    ExecutionContext(1))
-                 .factor;
+      sum +=
+          EstimateVarianceFactor(scene.planes, {}, OnePlaneABlock(scene.planes.size()),
+                                 result.poses, Covariance(result.information), ExecutionContext(1))
+              .factor;
     }
     EXPECT_NEAR(sum / kSeeds / scale, 1.0, 0.1) << scale;
   }

@@ -252,8 +252,8 @@ struct NaiveSearch {
     while (planar.size() >= 2) {
       PointCluster joint;
       for (const auto& [s, part] : planar) joint += part;
-      const auto worst = std::max_element(
-          planar.begin(), planar.end(), [&](const auto& a, const auto& b) {
+      const auto worst =
+          std::max_element(planar.begin(), planar.end(), [&](const auto& a, const auto& b) {
             return Misfit(a.second, joint) < Misfit(b.second, joint);
           });
       if (Misfit(worst->second, joint) < 1.0) {
