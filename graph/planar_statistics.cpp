@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 namespace backsight {
 namespace {
@@ -18,46 +19,84 @@ struct BlockSums {
   double expected = 0.0;
 };
 
-/// Sums of a block over the stations that see it.
-BlockSums SumBlock(std::span<const WeightedPlane> planes, std::span<const std::size_t> members,
-                   std::span<const RigidTransform> poses, const Eigen::MatrixXd& covariance) {
-  std::vector<int> stations;
-  std::vector<PlaneTerms> terms;
-  for (const std::size_t k : members) {
-    terms.push_back(ComputePlaneTerms(planes[k], poses));
-    for (const PlaneTerms::Part& part : terms.back().parts) stations.push_back(part.station);
+/// Normal equations of a block, only of the stations that take part in it.
+class Block {
+ public:
+  explicit Block(std::vector<int> stations) : stations_(std::move(stations)) {
+    std::sort(stations_.begin(), stations_.end());
+    stations_.erase(std::unique(stations_.begin(), stations_.end()), stations_.end());
+    const auto rows = static_cast<Eigen::Index>(6 * stations_.size());
+    gradient_ = Eigen::VectorXd::Zero(rows);
+    matrix_ = Eigen::MatrixXd::Zero(rows, rows);
   }
-  std::sort(stations.begin(), stations.end());
-  stations.erase(std::unique(stations.begin(), stations.end()), stations.end());
-  const auto row_of = [&](int station) {
-    return 6 * (std::lower_bound(stations.begin(), stations.end(), station) - stations.begin());
-  };
 
-  const auto rows = static_cast<Eigen::Index>(6 * stations.size());
-  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(rows);
-  Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(rows, rows);
-  for (const PlaneTerms& plane : terms) {
+  void Add(const PlaneTerms& plane) {
     for (const PlaneTerms::Part& a : plane.parts) {
-      const Eigen::Index i = row_of(a.station);
-      gradient.segment<6>(i) += a.gradient;
-      matrix.block<6, 6>(i, i) += a.held;
+      const Eigen::Index i = RowOf(a.station);
+      gradient_.segment<6>(i) += a.gradient;
+      matrix_.block<6, 6>(i, i) += a.held;
       for (const PlaneTerms::Part& b : plane.parts) {
-        matrix.block<6, 6>(i, row_of(b.station)).noalias() -= a.coupling * b.coupling.transpose();
+        matrix_.block<6, 6>(i, RowOf(b.station)).noalias() -= a.coupling * b.coupling.transpose();
       }
     }
   }
-  Eigen::MatrixXd local(rows, rows);
-  for (std::size_t a = 0; a < stations.size(); ++a) {
-    for (std::size_t b = 0; b < stations.size(); ++b) {
-      local.block<6, 6>(static_cast<Eigen::Index>(6 * a), static_cast<Eigen::Index>(6 * b)) =
-          covariance.block<6, 6>(6 * stations[a], 6 * stations[b]);
+
+  void Add(const LinkScore& score) {
+    const Eigen::Index i = RowOf(score.source);
+    const Eigen::Index j = RowOf(score.target);
+    gradient_.segment<6>(i) += score.gradient;
+    gradient_.segment<6>(j) -= score.gradient;
+    matrix_.block<6, 6>(i, i) += score.matrix;
+    matrix_.block<6, 6>(j, j) += score.matrix;
+    matrix_.block<6, 6>(i, j) -= score.matrix;
+    matrix_.block<6, 6>(j, i) -= score.matrix;
+  }
+
+  BlockSums Sums(const Eigen::MatrixXd& covariance) const {
+    Eigen::MatrixXd local(matrix_.rows(), matrix_.cols());
+    for (std::size_t a = 0; a < stations_.size(); ++a) {
+      for (std::size_t b = 0; b < stations_.size(); ++b) {
+        local.block<6, 6>(static_cast<Eigen::Index>(6 * a), static_cast<Eigen::Index>(6 * b)) =
+            covariance.block<6, 6>(6 * stations_[a], 6 * stations_[b]);
+      }
+    }
+    const Eigen::MatrixXd share = local * matrix_;
+    return {gradient_.dot(local * gradient_),
+            share.trace() - share.cwiseProduct(share.transpose()).sum()};
+  }
+
+ private:
+  Eigen::Index RowOf(int station) const {
+    return 6 * (std::lower_bound(stations_.begin(), stations_.end(), station) - stations_.begin());
+  }
+
+  std::vector<int> stations_;
+  Eigen::VectorXd gradient_;
+  Eigen::MatrixXd matrix_;
+};
+
+/// `members` below the number of planes are planes, the others scores.
+BlockSums SumBlock(std::span<const WeightedPlane> planes, std::span<const LinkScore> scores,
+                   std::span<const std::size_t> members, std::span<const RigidTransform> poses,
+                   const Eigen::MatrixXd& covariance) {
+  std::vector<int> stations;
+  for (const std::size_t k : members) {
+    if (k < planes.size()) {
+      for (const PlaneObservation& o : planes[k].observations) stations.push_back(o.station);
+    } else {
+      const LinkScore& score = scores[k - planes.size()];
+      stations.insert(stations.end(), {score.source, score.target});
     }
   }
-  const Eigen::MatrixXd share = local * matrix;
-  BlockSums sums;
-  sums.pull = gradient.dot(local * gradient);
-  sums.expected = share.trace() - share.cwiseProduct(share.transpose()).sum();
-  return sums;
+  Block block(std::move(stations));
+  for (const std::size_t k : members) {
+    if (k < planes.size()) {
+      block.Add(ComputePlaneTerms(planes[k], poses));
+    } else {
+      block.Add(scores[k - planes.size()]);
+    }
+  }
+  return block.Sums(covariance);
 }
 
 }  // namespace
@@ -78,11 +117,12 @@ PlaneAgreement Agreement(const WeightedPlane& plane, std::span<const RigidTransf
 }
 
 VarianceFactor EstimateVarianceFactor(std::span<const WeightedPlane> planes,
+                                      std::span<const LinkScore> scores,
                                       std::span<const std::uint64_t> block,
                                       std::span<const RigidTransform> poses,
                                       const Eigen::MatrixXd& covariance,
                                       const ExecutionContext& context) {
-  std::vector<std::size_t> order(planes.size());
+  std::vector<std::size_t> order(planes.size() + scores.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return block[a] < block[b]; });
@@ -95,7 +135,7 @@ VarianceFactor EstimateVarianceFactor(std::span<const WeightedPlane> planes,
   std::vector<BlockSums> sums(begins.size() - 1);
   context.ParallelFor(sums.size(), [&](std::size_t b) {
     const auto members = std::span(order).subspan(begins[b], begins[b + 1] - begins[b]);
-    sums[b] = SumBlock(planes, members, poses, covariance);
+    sums[b] = SumBlock(planes, scores, members, poses, covariance);
   });
   double pull = 0.0;
   double expected = 0.0;

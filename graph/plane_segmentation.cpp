@@ -53,7 +53,7 @@ class Splitter {
   void Split(std::span<Item> items, const Eigen::Vector3d& center, double edge, int depth) {
     std::vector<StationPart> parts = GatherParts(items);
     std::erase_if(parts, [&](const StationPart& part) { return !HasEnough(part); });
-    if (parts.size() < 2 || Accept(parts, CellName(center, edge, depth)) ||
+    if (parts.size() < 2 || Accept(parts, PlaneCell(center, options_.root_edge_m, depth)) ||
         depth == options_.max_depth) {
       return;
     }
@@ -76,13 +76,6 @@ class Splitter {
   }
 
  private:
-  /// Well inside the cell, so that rounding does not matter.
-  std::uint64_t CellName(const Eigen::Vector3d& center, double edge, int depth) const {
-    const VoxelLattice lattice{.edge_m = edge};
-    constexpr std::uint64_t kGolden = 0x9E3779B97F4A7C15U;
-    return Mix(lattice.Key(center) + kGolden * static_cast<std::uint64_t>(depth + 1));
-  }
-
   bool HasEnough(const StationPart& part) const {
     return part.world.count >= options_.min_points || part.clusters >= options_.min_clusters;
   }
@@ -267,6 +260,12 @@ class Association {
 };
 
 }  // namespace
+
+std::uint64_t PlaneCell(const Eigen::Vector3d& world_point, double root_edge_m, int depth) {
+  const VoxelLattice lattice{.edge_m = std::ldexp(root_edge_m, -depth)};
+  constexpr std::uint64_t kGolden = 0x9E3779B97F4A7C15U;
+  return Mix(lattice.Key(world_point) + kGolden * static_cast<std::uint64_t>(depth + 1));
+}
 
 std::vector<PlaneAssociation> FindPlanes(std::span<const ClusterList> clusters,
                                          std::span<const RigidTransform> poses,

@@ -22,6 +22,9 @@ struct PlaneAssociation {
   std::uint64_t cell = 0;  ///< names the lattice cell and its depth; evenly distributed (a hash)
 };
 
+/// PlaneAssociation::cell of the cell at `depth` that `world_point` lies in.
+std::uint64_t PlaneCell(const Eigen::Vector3d& world_point, double root_edge_m, int depth);
+
 /// One station's voxel clusters, wherever they are kept; a view.
 class ClusterList {
  public:

@@ -61,7 +61,11 @@ SpanningForest BuildSpanningForest(int stations, std::span<const PoseGraphLink> 
     return links[static_cast<std::size_t>(a)].confidence >
            links[static_cast<std::size_t>(b)].confidence;
   });
+  return BuildForestInOrder(stations, links, order);
+}
 
+SpanningForest BuildForestInOrder(int stations, std::span<const PoseGraphLink> links,
+                                  std::span<const int> order) {
   SpanningForest forest;
   DisjointSets sets(stations);
   for (const int l : order) {

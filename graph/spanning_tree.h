@@ -19,4 +19,9 @@ struct SpanningForest {
 SpanningForest BuildSpanningForest(int stations, std::span<const PoseGraphLink> links,
                                    std::span<const char> use);
 
+/// The same with the links taken in the given order instead of by confidence; links that are not in
+/// it are not used.
+SpanningForest BuildForestInOrder(int stations, std::span<const PoseGraphLink> links,
+                                  std::span<const int> order);
+
 }  // namespace backsight

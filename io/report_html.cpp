@@ -124,9 +124,12 @@ std::string Summary(const RunRecord& run) {
       std::count_if(run.links.begin(), run.links.end(), [](const LinkRecord& l) {
         return l.status == LinkStatus::kAccepted && l.loop_controlled == false;
       });
+  const auto tried = std::count_if(run.links.begin(), run.links.end(), [](const LinkRecord& l) {
+    return l.status != LinkStatus::kSkipped;
+  });
   std::string html = "<div class=\"cards\">\n";
   html += Card(fmt::format("{} of {}", placed, run.poses.size()), "stations registered");
-  html += Card(fmt::format("{} of {}", accepted, run.links.size()), "pairs tried were accepted");
+  html += Card(fmt::format("{} of {}", accepted, tried), "pairs tried were accepted");
   html += Card(fmt::format("{}", uncontrolled), "accepted links that no loop controls");
   html += WorstSigmaCard(run);
   html += WorstLinkCard(run, &LinkRecord::network_residual_m, "worst network residual");

@@ -134,6 +134,7 @@ std::string PlanSvg(const RunRecord& run, int component) {
   // Accepted links are drawn last, over the dashed ones.
   for (const bool accepted : {false, true}) {
     for (const LinkRecord& link : run.links) {
+      if (link.status == LinkStatus::kSkipped) continue;
       if ((link.status == LinkStatus::kAccepted) != accepted) continue;
       if (layout.Holds(link.source) && layout.Holds(link.target)) svg += LinkLine(link, layout);
     }

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <map>
+
 #include "io/html_table.h"
 #include "io/html_text.h"
 #include "io/report_plan.h"
@@ -54,8 +57,30 @@ std::string StationTable(const RunRecord& run) {
   return table.Finish();
 }
 
+/// A sentence that counts the pairs never tried, by reason; links.csv lists them.
+std::string SkippedSentence(const RunRecord& run) {
+  std::map<std::string, std::size_t> reasons;
+  std::size_t skipped = 0;
+  for (const LinkRecord& link : run.links) {
+    if (link.status != LinkStatus::kSkipped) continue;
+    ++reasons[link.reason];
+    ++skipped;
+  }
+  if (skipped == 0) return {};
+  std::string list;
+  for (const auto& [reason, count] : reasons) {
+    list += fmt::format("{}{} {}", list.empty() ? "" : ", ", GroupedText(count),
+                        HtmlText(CodeWords(reason)));
+  }
+  return fmt::format("<p>{} more pairs were skipped: {}. links.csv lists them.</p>\n",
+                     GroupedText(skipped), list);
+}
+
 std::string LinkTable(const RunRecord& run) {
-  if (run.links.empty()) return HtmlSentence("No pair was tried.");
+  const bool tried = std::any_of(run.links.begin(), run.links.end(), [](const LinkRecord& link) {
+    return link.status != LinkStatus::kSkipped;
+  });
+  if (!tried) return HtmlSentence("No pair was tried.") + SkippedSentence(run);
   HtmlTable table({{"source"},
                    {"target"},
                    {"status"},
@@ -71,6 +96,7 @@ std::string LinkTable(const RunRecord& run) {
                    {"weight", true},
                    {"loop"}});
   for (const LinkRecord& link : run.links) {
+    if (link.status == LinkStatus::kSkipped) continue;
     const std::string field = "link " + link.source + " " + link.target;
     const bool accepted = link.status == LinkStatus::kAccepted;
     const auto fine = [&](double value, int decimals) {
@@ -97,7 +123,7 @@ std::string LinkTable(const RunRecord& run) {
          network(link.network_residual_deg, 4), network(link.network_weight, 2), loop},
         accepted ? "" : "off");
   }
-  return table.Finish();
+  return table.Finish() + SkippedSentence(run);
 }
 
 std::string ScanTable(const RunRecord& run) {

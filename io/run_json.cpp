@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
@@ -161,6 +164,24 @@ ordered_json ToJson(const std::vector<Record>& records) {
   return list;
 }
 
+std::vector<LinkRecord> TriedLinks(const std::vector<LinkRecord>& links) {
+  std::vector<LinkRecord> tried;
+  std::copy_if(links.begin(), links.end(), std::back_inserter(tried),
+               [](const LinkRecord& link) { return link.status != LinkStatus::kSkipped; });
+  return tried;
+}
+
+/// Pairs never tried, by reason; there may be some hundred thousand, and links.csv lists them.
+ordered_json CountSkipped(const std::vector<LinkRecord>& links) {
+  std::map<std::string, int> count;
+  for (const LinkRecord& link : links) {
+    if (link.status == LinkStatus::kSkipped) ++count[link.reason];
+  }
+  ordered_json json = ordered_json::object();
+  for (const auto& [reason, n] : count) json[reason] = n;
+  return json;
+}
+
 }  // namespace
 
 std::string PosesJson(const std::vector<PoseRecord>& poses) {
@@ -183,7 +204,8 @@ std::string ReportJson(const RunRecord& run) {
                {"components", ToJson(run.components)},
                {"closures", ToJson(run.closures)},
                {"poses", ToJson(run.poses)},
-               {"links", ToJson(run.links)},
+               {"links", ToJson(TriedLinks(run.links))},
+               {"skipped_pairs", CountSkipped(run.links)},
                {"scans", ToJson(run.scans)},
                {"outputs", ToJson(run.outputs)},
                {"warnings", run.warnings}},

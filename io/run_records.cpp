@@ -29,6 +29,8 @@ std::string ToString(LinkStatus status) {
       return "rejected";
     case LinkStatus::kFailed:
       return "failed";
+    case LinkStatus::kSkipped:
+      return "skipped";
   }
   throw InternalError("unknown LinkStatus");
 }

@@ -12,7 +12,7 @@ namespace backsight {
 
 /// The words of the `status` columns.
 enum class StationStatus { kRegistered, kNotRegistered, kUnreadable };
-enum class LinkStatus { kAccepted, kRejected, kFailed };
+enum class LinkStatus { kAccepted, kRejected, kFailed, kSkipped };
 
 std::string ToString(StationStatus status);
 std::string ToString(LinkStatus status);

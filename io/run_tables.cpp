@@ -99,6 +99,9 @@ void FillNetworkErrors(CsvBuilder& csv, const LinkRecord& link) {
 
 void FillLink(CsvBuilder& csv, const LinkRecord& link) {
   const auto fine = [&](double value) { return link.fine ? std::optional(value) : std::nullopt; };
+  const auto tried = [&](int value) {
+    return link.status != LinkStatus::kSkipped ? std::optional(value) : std::nullopt;
+  };
   const bool aligned = link.fine.has_value() || link.coarse.has_value();
   csv.BeginRow("link " + link.source + " " + link.target);
   csv.Text("source", link.source);
@@ -110,9 +113,9 @@ void FillLink(CsvBuilder& csv, const LinkRecord& link) {
   csv.Real("overlap", aligned ? std::optional(link.overlap) : std::nullopt);
   csv.Real("rms_m", fine(link.rms_m));
   csv.Text("fine_status", link.fine_status);
-  csv.Integer("correspondences", link.correspondences);
-  csv.Integer("consensus", link.consensus);
-  csv.Integer("consensus_null", link.consensus_null);
+  csv.Integer("correspondences", tried(link.correspondences));
+  csv.Integer("consensus", tried(link.consensus));
+  csv.Integer("consensus_null", tried(link.consensus_null));
   csv.Integer("planes", link.fine ? std::optional(link.planes) : std::nullopt);
   csv.Real("weakest_sigma_m", fine(link.weakest_sigma_m));
   csv.Integer("iterations", link.fine ? std::optional(link.iterations) : std::nullopt);

@@ -14,9 +14,9 @@ namespace backsight {
 /// a non-finite one is an InternalError that names the field.
 std::string PosesCsv(const std::vector<PoseRecord>& poses);
 
-/// The text of links.csv, one line per pair tried: every field of LinkRecord, units in the names;
-/// tx_m ... qz is the fine and coarse_tx_m ... coarse_qz the coarse target_from_source. Cells are
-/// empty for what was never computed.
+/// The text of links.csv, one line per pair, tried or skipped: every field of LinkRecord, units in
+/// the names; tx_m ... qz is the fine and coarse_tx_m ... coarse_qz the coarse target_from_source.
+/// Cells are empty for what was never computed.
 std::string LinksCsv(const std::vector<LinkRecord>& links);
 
 }  // namespace backsight

@@ -181,7 +181,7 @@ SurveyProject ReadSurveyProject(const std::string& path,
   const YamlValue crs = root.Optional("crs");
   if (crs.present()) project.crs = ReadCrs(crs);
   Note(project.unsupported, crs, "a coordinate reference system for the result");
-  project.stations = ReadStations(root.Required("stations"), project.unsupported);
+  project.stations = ReadStations(root.Required("stations"));
   const YamlValue control = root.Optional("control");
   project.control = ReadControl(control, project.stations);
   Note(project.unsupported, control, "control and check points");

@@ -176,19 +176,12 @@ ControlPoint ReadControlPoint(const YamlValue& item, std::map<std::string, int>&
 
 }  // namespace
 
-std::vector<StationSpec> ReadStations(const YamlValue& list,
-                                      std::vector<UnsupportedItem>& unsupported) {
+std::vector<StationSpec> ReadStations(const YamlValue& list) {
   std::vector<StationSpec> stations;
   std::map<std::string, int> ids;
   std::map<ScanKey, int> scans;
   const auto items = list.Items(0, kMaxStations);
-  for (const YamlValue& item : items) {
-    stations.push_back(ReadStation(item, ids, scans));
-    const YamlValue prior = item.Optional("prior");
-    if (prior.present()) {
-      unsupported.push_back({prior.Where(), prior.key(), "priors of station poses"});
-    }
-  }
+  for (const YamlValue& item : items) stations.push_back(ReadStation(item, ids, scans));
   if (list.IsSequence() && items.size() < 2) list.Reject("at least 2 stations");
   return stations;
 }

@@ -10,8 +10,7 @@ namespace backsight {
 
 /// The parts of a survey project file that describe stations and survey points; used by
 /// ReadSurveyProject. What is wrong joins the document's violations.
-std::vector<StationSpec> ReadStations(const YamlValue& list,
-                                      std::vector<UnsupportedItem>& unsupported);
+std::vector<StationSpec> ReadStations(const YamlValue& list);
 std::vector<ControlPoint> ReadControl(const YamlValue& list,
                                       const std::vector<StationSpec>& stations);
 

@@ -1,6 +1,7 @@
 #include "pipeline/network_pipeline.h"
 
 #include <algorithm>
+#include <numbers>
 #include <numeric>
 
 namespace backsight {
@@ -28,38 +29,216 @@ std::vector<int> RankComponents(const std::vector<int>& component) {
   return ranked;
 }
 
+NetworkLink MakeLink(const Pair& pair, int pair_index, std::size_t candidate) {
+  const PairCandidate& motion = pair.candidates[candidate];
+  NetworkLink link;
+  link.pair = pair_index;
+  link.source = pair.source;
+  link.target = pair.target;
+  link.target_from_source = motion.fine.target_from_source;
+  link.information = motion.fine.information;
+  link.confidence = LinkConfidence(motion);
+  link.score = motion.verification.quality.value;
+  link.doubtful = candidate > 0 || !pair.accepted();
+  return link;
+}
+
+/// The best motion of every pair that was not rejected, and its rivals as doubtful links.
+std::vector<NetworkLink> MakeLinks(const std::vector<Pair>& pairs, Network* network) {
+  std::vector<NetworkLink> links;
+  for (std::size_t p = 0; p < pairs.size(); ++p) {
+    if (!pairs[p].accepted() && !pairs[p].doubtful()) continue;
+    for (std::size_t c = 0; c < pairs[p].candidates.size(); ++c) {
+      if (pairs[p].candidates[c].verification.verdict == Verdict::kRejected) continue;
+      links.push_back(MakeLink(pairs[p], static_cast<int>(p), c));
+      NetworkCandidate candidate;
+      candidate.pair = static_cast<int>(p);
+      candidate.candidate = static_cast<int>(c);
+      network->candidates.push_back(candidate);
+    }
+  }
+  return links;
+}
+
+/// Solves with all links but the refuted ones, and tells every candidate its fate.
+void Solve(int stations, const std::vector<NetworkLink>& links, const NetworkOptions& options,
+           Network* network) {
+  std::vector<NetworkLink> given;
+  std::vector<std::size_t> candidate_of;
+  for (std::size_t l = 0; l < links.size(); ++l) {
+    if (network->candidates[l].refuted) continue;
+    given.push_back(links[l]);
+    candidate_of.push_back(l);
+  }
+  network->solution = SolveNetwork(stations, given, options);
+  for (std::size_t g = 0; g < given.size(); ++g) {
+    NetworkCandidate& candidate = network->candidates[candidate_of[g]];
+    candidate.fate = network->solution.fate[g];
+    candidate.loop_controlled = network->solution.loop_controlled[g];
+    candidate.residual = network->solution.residuals[g];
+    candidate.covariance = network->solution.link_covariance[g];
+  }
+}
+
+/// Looks across all bridges; true if one was refuted.
+bool RefuteBridges(const std::vector<Surface>& surfaces, const std::vector<Station>& stations,
+                   const std::vector<NetworkLink>& links, const PlacementCheckOptions& options,
+                   const ExecutionContext& context, Network* network) {
+  PlacementCheckInput input;
+  input.survey_from_station = network->solution.poses.survey_from_station;
+  input.component = network->solution.poses.component;
+  for (std::size_t s = 0; s < stations.size(); ++s) {
+    input.stations.push_back(stations[s].usable() ? &surfaces[s] : nullptr);
+  }
+  std::vector<std::size_t> candidate_of;
+  for (std::size_t l = 0; l < links.size(); ++l) {
+    if (!network->candidates[l].used()) continue;
+    input.links.push_back(
+        {links[l].source, links[l].target, network->candidates[l].loop_controlled});
+    candidate_of.push_back(l);
+  }
+  network->check = CheckPlacements(input, options, context);
+  for (const int bridge : network->check.refuted_bridges) {
+    network->candidates[candidate_of[static_cast<std::size_t>(bridge)]].refuted = true;
+  }
+  return !network->check.refuted_bridges.empty();
+}
+
+/// Input of the planar adjustment of one component; link indices become those within it.
+NetworkRefinementInput MakeRefinementInput(const std::vector<Station>& stations,
+                                           const std::vector<NetworkLink>& links,
+                                           const Network& network, const NetworkPart& part) {
+  NetworkRefinementInput input;
+  std::vector<int> place(stations.size(), -1);
+  const PoseGraphResult& poses = network.solution.poses;
+  for (const int station : part.stations) {
+    const auto s = static_cast<std::size_t>(station);
+    place[s] = static_cast<int>(input.stations.size());
+    input.stations.push_back(&stations[s].model);
+    input.survey_from_station.push_back(poses.survey_from_station[s]);
+    input.covariance.push_back(poses.covariance[s]);
+    input.level_sigma_rad.push_back(
+        stations[s].spec.levelled
+            ? std::optional(stations[s].spec.level_sigma_deg * std::numbers::pi / 180.0)
+            : std::nullopt);
+  }
+  for (std::size_t l = 0; l < links.size(); ++l) {
+    const int source = place[static_cast<std::size_t>(links[l].source)];
+    const int target = place[static_cast<std::size_t>(links[l].target)];
+    if (!network.candidates[l].used() || source < 0 || target < 0) continue;
+    PoseGraphLink link;
+    link.source = source;
+    link.target = target;
+    link.target_from_source = links[l].target_from_source;
+    link.information = links[l].information;
+    input.links.push_back(link);
+  }
+  return input;
+}
+
+/// Adjusts the planes of every component and hands poses and covariances over where it succeeded.
+void RefineParts(const std::vector<Station>& stations, const std::vector<NetworkLink>& links,
+                 const NetworkRefinementOptions& options, const ExecutionContext& context,
+                 std::vector<RigidTransform>* poses, std::vector<Matrix6d>* covariance,
+                 Network* network) {
+  const int parts = 1 + *std::max_element(network->component.begin(), network->component.end());
+  for (int p = 0; p < parts; ++p) {
+    NetworkPart part;
+    for (std::size_t s = 0; s < stations.size(); ++s) {
+      if (network->component[s] == p) part.stations.push_back(static_cast<int>(s));
+    }
+    const NetworkRefinementInput input = MakeRefinementInput(stations, links, *network, part);
+    part.links = static_cast<int>(input.links.size());
+    part.refinement = RefineNetwork(input, options, context);
+    if (part.refinement.status == NetworkRefinementResult::Status::kRefined) {
+      for (std::size_t i = 0; i < part.stations.size(); ++i) {
+        const auto s = static_cast<std::size_t>(part.stations[i]);
+        const auto row = static_cast<Eigen::Index>(6 * i);
+        (*poses)[s] = part.refinement.survey_from_station[i];
+        (*covariance)[s] = part.refinement.covariance.block<6, 6>(row, row);
+      }
+    }
+    network->parts.push_back(std::move(part));
+  }
+}
+
+/// Residuals and covariances of the links at the poses that the planes gave.
+void UpdateLinks(const std::vector<NetworkLink>& links, const std::vector<RigidTransform>& poses,
+                 Network* network) {
+  for (const NetworkPart& part : network->parts) {
+    if (part.refinement.status != NetworkRefinementResult::Status::kRefined) continue;
+    const auto place = [&](int station) {
+      const auto found = std::lower_bound(part.stations.begin(), part.stations.end(), station);
+      return found != part.stations.end() && *found == station
+                 ? static_cast<int>(found - part.stations.begin())
+                 : -1;
+    };
+    for (std::size_t l = 0; l < links.size(); ++l) {
+      const int source = place(links[l].source);
+      const int target = place(links[l].target);
+      if (source < 0 || target < 0) continue;
+      PoseGraphLink link;
+      link.target_from_source = links[l].target_from_source;
+      const RigidTransform& survey_from_target = poses[static_cast<std::size_t>(links[l].target)];
+      NetworkCandidate& candidate = network->candidates[l];
+      candidate.residual =
+          LinkResidual(link, poses[static_cast<std::size_t>(links[l].source)], survey_from_target);
+      candidate.covariance =
+          RelativeCovariance(part.refinement.covariance, source, target, survey_from_target);
+    }
+  }
+}
+
 /// From instrument frames to station frames, with the first station of each component as datum.
-void SetStationPoses(const std::vector<Station>& stations, Network* network) {
+void SetStationPoses(const std::vector<Station>& stations,
+                     const std::vector<RigidTransform>& survey_from_instrument,
+                     const std::vector<Matrix6d>& covariance, Network* network) {
   const PoseGraphResult& poses = network->solution.poses;
   std::vector<int> first(stations.size(), -1);  // by component of the pose graph
   for (std::size_t s = 0; s < stations.size(); ++s) {
     int& datum = first[static_cast<std::size_t>(poses.component[s])];
     if (datum < 0) datum = static_cast<int>(s);
-    const RigidTransform survey_from_instrument =
+    const RigidTransform station_from_instrument =
         stations[static_cast<std::size_t>(datum)].model.StationFromInstrument();
-    network->survey_from_station.push_back(survey_from_instrument * poses.survey_from_station[s] *
+    network->survey_from_station.push_back(station_from_instrument * survey_from_instrument[s] *
                                            stations[s].model.StationFromInstrument().Inverse());
-    const Matrix6d adjoint = Adjoint(survey_from_instrument);
-    network->covariance.push_back(adjoint * poses.covariance[s] * adjoint.transpose());
+    const Matrix6d adjoint = Adjoint(station_from_instrument);
+    network->covariance.push_back(adjoint * covariance[s] * adjoint.transpose());
+  }
+}
+
+/// A pair is reported by the motion that the network uses, otherwise by its best.
+void ChooseReported(std::size_t pairs, Network* network) {
+  network->reported.assign(pairs, -1);
+  for (std::size_t l = 0; l < network->candidates.size(); ++l) {
+    int& reported = network->reported[static_cast<std::size_t>(network->candidates[l].pair)];
+    if (reported < 0 || network->candidates[l].used()) reported = static_cast<int>(l);
   }
 }
 
 }  // namespace
 
 Network BuildNetwork(const std::vector<Station>& stations, const std::vector<Pair>& pairs,
-                     const NetworkOptions& options) {
+                     const SurveyOptions& options, const ExecutionContext& context) {
   Network network;
-  std::vector<NetworkLink> links;
-  for (const Pair& pair : pairs) {
-    network.link_of_pair.push_back(pair.accepted() ? static_cast<int>(links.size()) : -1);
-    if (!pair.accepted()) continue;
-    const PairCandidate& best = *pair.best();
-    links.push_back({pair.source, pair.target, best.fine.target_from_source, best.fine.information,
-                     (1 + best.fine.planes) * best.verification.overlap});
+  const std::vector<NetworkLink> links = MakeLinks(pairs, &network);
+  std::vector<Surface> surfaces;
+  for (const Station& station : stations) {
+    surfaces.push_back(
+        {station.model, station.features.normals, station.features.scanner_credible});
   }
-  network.solution = SolveNetwork(static_cast<int>(stations.size()), links, options);
+  do {
+    context.CheckStop();
+    Solve(static_cast<int>(stations.size()), links, options.network, &network);
+  } while (RefuteBridges(surfaces, stations, links, options.placement_check, context, &network));
+
   network.component = RankComponents(network.solution.poses.component);
-  SetStationPoses(stations, &network);
+  std::vector<RigidTransform> poses = network.solution.poses.survey_from_station;
+  std::vector<Matrix6d> covariance = network.solution.poses.covariance;
+  RefineParts(stations, links, options.refinement, context, &poses, &covariance, &network);
+  UpdateLinks(links, poses, &network);
+  SetStationPoses(stations, poses, covariance, &network);
+  ChooseReported(pairs.size(), &network);
   return network;
 }
 

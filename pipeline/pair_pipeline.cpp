@@ -194,6 +194,10 @@ void Guard(const std::vector<Station>& stations, const ExecutionContext& context
 
 }  // namespace
 
+double LinkConfidence(const PairCandidate& candidate) {
+  return (1.0 + candidate.fine.planes) * candidate.verification.overlap;
+}
+
 std::vector<Pair> PlanPairs(const std::vector<Station>& stations, const PairSpec& spec) {
   std::vector<Pair> pairs;
   for (std::size_t t = 0; t < stations.size(); ++t) {

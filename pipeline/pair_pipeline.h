@@ -37,6 +37,9 @@ struct Pair {
   bool doubtful() const { return verdict() == Verdict::kDoubtful; }
 };
 
+/// Confidence of a motion for spanning trees: planes times overlap.
+double LinkConfidence(const PairCandidate& candidate);
+
 /// Indices of the pairs to be registered: every two usable stations but the excluded ones, the
 /// earlier station as target.
 std::vector<Pair> PlanPairs(const std::vector<Station>& stations, const PairSpec& spec);

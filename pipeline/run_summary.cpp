@@ -5,71 +5,19 @@
 #include <algorithm>
 #include <numbers>
 
+#include "pipeline/link_records.h"
 #include "pipeline/survey_pipeline.h"
 #include "pipeline/version.h"
 
 namespace backsight {
 namespace {
 
-std::string FineStatusName(FineResult::Status status) {
-  switch (status) {
-    case FineResult::Status::kRefined:
-      return "refined";
-    case FineResult::Status::kRefinedOnSurfaces:
-      return "refined_on_surfaces";
-    case FineResult::Status::kWeak:
-      return "weak";
-    case FineResult::Status::kTooFewPlanes:
-      return "too_few_planes";
-    case FineResult::Status::kDiverged:
-      return "diverged";
-  }
-  return "";
-}
-
-LinkRecord MakeLinkRecord(const std::vector<Station>& stations, const Network& network,
-                          const Pair& pair, int link) {
-  const Station& source = stations[static_cast<std::size_t>(pair.source)];
-  const Station& target = stations[static_cast<std::size_t>(pair.target)];
+LinkRecord MakeSkippedRecord(const std::vector<Station>& stations, const SkippedPair& skipped) {
   LinkRecord record;
-  record.source = source.spec.id;
-  record.target = target.spec.id;
-  record.correspondences = pair.correspondences;
-  record.consensus_null = pair.consensus_null;
-  if (!pair.fault.empty()) {
-    record.reason = pair.fault;
-    return record;
-  }
-  record.status = pair.accepted() ? LinkStatus::kAccepted : LinkStatus::kRejected;
-  record.reason = ToString(pair.reason());
-  const PairCandidate* best = pair.best();
-  if (best == nullptr) return record;
-  record.consensus = best->coarse.consensus;
-
-  const auto in_station_frames = [&](const RigidTransform& motion) {
-    return target.model.StationFromInstrument() * motion *
-           source.model.StationFromInstrument().Inverse();
-  };
-  record.coarse = in_station_frames(best->coarse.target_from_source);
-  record.fine = in_station_frames(best->fine.target_from_source);
-  record.fine_status = FineStatusName(best->fine.status);
-  record.overlap = best->verification.overlap;
-  record.planes = best->fine.planes;
-  record.rms_m = best->fine.rms_m;
-  record.weakest_sigma_m = best->fine.weakest_sigma_m;
-  record.iterations = best->fine.iterations;
-  if (link < 0) return record;
-
-  const auto l = static_cast<std::size_t>(link);
-  const NetworkResult& solution = network.solution;
-  record.network_weight = solution.poses.weights[l];
-  record.network_residual_m = solution.residuals[l].tail<3>().norm();
-  record.network_residual_deg = solution.residuals[l].head<3>().norm() * 180.0 / std::numbers::pi;
-  record.loop_controlled = solution.loop_controlled[l];
-  if (record.network_weight == 0.0) {
-    record.status = LinkStatus::kRejected;
-    record.reason = "contradicts_network";
-  }
+  record.source = stations[static_cast<std::size_t>(skipped.source)].spec.id;
+  record.target = stations[static_cast<std::size_t>(skipped.target)].spec.id;
+  record.status = LinkStatus::kSkipped;
+  record.reason = skipped.reason;
   return record;
 }
 
@@ -182,16 +130,54 @@ void AddWarnings(RunRecord* run) {
   }
 }
 
+/// Stations that saw through each other's surfaces, and those that could stand in two ways.
+void AddPlacementWarnings(const std::vector<Station>& stations, const Network& network,
+                          RunRecord* run) {
+  const auto id = [&](int station) { return stations[static_cast<std::size_t>(station)].spec.id; };
+  for (const PlacementConflict& pair : network.check.conflicts) {
+    run->warnings.push_back(fmt::format(
+        "stations {} and {} contradict each other: {:.0f} % of the surfaces in view were seen "
+        "through; look at both in the cross sections",
+        id(pair.a), id(pair.b), 100.0 * pair.conflict));
+  }
+  for (const Ambiguity& ambiguity : network.solution.ambiguities) {
+    std::string names;
+    for (const int station : ambiguity.stations) {
+      names += (names.empty() ? "" : ", ") + id(station);
+    }
+    run->warnings.push_back(fmt::format(
+        "station(s) {} could stand in two ways, {:.2f} m and {:.1f} deg apart, between which the "
+        "scans do not decide; they were left apart",
+        names, ambiguity.shift_m, ambiguity.turn_deg));
+  }
+}
+
+std::vector<std::pair<std::string, double>> NetworkFigures(const PairDiscovery& discovery,
+                                                           const Network& network) {
+  const NetworkResult& solution = network.solution;
+  return {{"sigma_factor", solution.sigma_factor},
+          {"cycle_sigma_factor", solution.cycle_sigma_factor},
+          {"redundancy", static_cast<double>(solution.redundancy)},
+          {"robust_rounds", static_cast<double>(solution.poses.rounds)},
+          {"links_removed", static_cast<double>(solution.removed)},
+          {"links_readmitted", static_cast<double>(solution.readmitted)},
+          {"pairs_registered_in_full", static_cast<double>(discovery.full)},
+          {"pairs_from_predicted_poses", static_cast<double>(discovery.predicted)},
+          {"station_pairs_compared_in_place", static_cast<double>(network.check.pairs_compared)},
+          {"station_pairs_in_conflict", static_cast<double>(network.check.conflicts.size())}};
+}
+
 }  // namespace
 
 RunRecord SummarizeRun(const SurveyProject& project, const std::vector<Station>& stations,
-                       const std::vector<Pair>& pairs, const Network& network,
+                       const PairDiscovery& discovery, const Network& network,
                        const std::vector<OutputRecord>& outputs) {
   RunRecord run;
   run.project_name = project.name;
   run.version = kVersion;
-  for (std::size_t p = 0; p < pairs.size(); ++p) {
-    run.links.push_back(MakeLinkRecord(stations, network, pairs[p], network.link_of_pair[p]));
+  run.links = MakeLinkRecords(stations, discovery.pairs, network);
+  for (const SkippedPair& skipped : discovery.skipped) {
+    run.links.push_back(MakeSkippedRecord(stations, skipped));
   }
   for (std::size_t s = 0; s < stations.size(); ++s) {
     run.scans.push_back(stations[s].record);
@@ -199,13 +185,14 @@ RunRecord SummarizeRun(const SurveyProject& project, const std::vector<Station>&
   }
   run.outputs = outputs;
   run.gates = JudgeGates(project.gates, run.poses);
-  const NetworkResult& solution = network.solution;
-  run.network = {{"sigma_factor", solution.sigma_factor},
-                 {"redundancy", static_cast<double>(solution.redundancy)},
-                 {"robust_rounds", static_cast<double>(solution.poses.rounds)}};
+  run.components = MakeComponentRecords(stations, network);
+  run.closures = MakeClosureRecords(stations, discovery.pairs, network);
+  run.network = NetworkFigures(discovery, network);
   Judge(&run);
   AddWarnings(&run);
-  if (!solution.poses.weights.empty() && !solution.poses.converged) {
+  AddPlacementWarnings(stations, network, &run);
+  const PoseGraphResult& poses = network.solution.poses;
+  if (!poses.weights.empty() && !poses.converged) {
     run.warnings.push_back("the network adjustment did not converge; its poses are provisional");
     if (run.exit_code == kComplete) run.exit_code = kPartial;
   }

@@ -5,13 +5,14 @@
 #include "io/run_records.h"
 #include "io/survey_project.h"
 #include "pipeline/network_pipeline.h"
+#include "pipeline/pair_discovery.h"
 
 namespace backsight {
 
 /// Everything the reports say, gathered from the results: records of scans, poses, links, gates,
 /// the verdict and the exit code.
 RunRecord SummarizeRun(const SurveyProject& project, const std::vector<Station>& stations,
-                       const std::vector<Pair>& pairs, const Network& network,
+                       const PairDiscovery& discovery, const Network& network,
                        const std::vector<OutputRecord>& outputs);
 
 }  // namespace backsight

@@ -8,6 +8,11 @@ std::vector<OptionSection> OptionSections(SurveyOptions& options) {
        [&](OptionVisitor& visitor) { VisitOptions(visitor, options.ingest); }},
       {"features", "normals, ISS key points and FPFH descriptors",
        [&](OptionVisitor& visitor) { VisitOptions(visitor, options.features); }},
+      {"pair_selection", "which pairs of stations are registered",
+       [&](OptionVisitor& visitor) {
+         VisitOptions(visitor, options.pair_selection);
+         VisitOptions(visitor, options.pair_ranking);
+       }},
       {"matching", "putative correspondences",
        [&](OptionVisitor& visitor) { VisitOptions(visitor, options.matching); }},
       {"coarse", "node and edge reliability, GNC-Welsch",
@@ -18,6 +23,10 @@ std::vector<OptionSection> OptionSections(SurveyOptions& options) {
        [&](OptionVisitor& visitor) { VisitOptions(visitor, options.verification); }},
       {"network", "the pose graph over all stations",
        [&](OptionVisitor& visitor) { VisitOptions(visitor, options.network); }},
+      {"placement_check", "what placed stations say of each other",
+       [&](OptionVisitor& visitor) { VisitOptions(visitor, options.placement_check); }},
+      {"refinement", "planar adjustment of all stations together",
+       [&](OptionVisitor& visitor) { VisitOptions(visitor, options.refinement); }},
   };
 }
 

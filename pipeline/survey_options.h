@@ -8,7 +8,11 @@
 #include "stages/fine_registration.h"
 #include "stages/ingest.h"
 #include "stages/matching.h"
+#include "stages/network_refinement.h"
 #include "stages/network_solution.h"
+#include "stages/pair_ranking.h"
+#include "stages/pair_selection.h"
+#include "stages/placement_check.h"
 #include "stages/verification.h"
 
 namespace backsight {
@@ -17,11 +21,15 @@ namespace backsight {
 struct SurveyOptions {
   IngestOptions ingest;
   FeatureOptions features;
+  PairSelectionOptions pair_selection;
+  PairRankingOptions pair_ranking;
   MatchingOptions matching;
   CoarseOptions coarse;
   FineOptions fine;
   VerificationOptions verification;
   NetworkOptions network;
+  PlacementCheckOptions placement_check;
+  NetworkRefinementOptions refinement;
 };
 
 /// The sections of the project file, in the order of the method. They refer to `options`, which

@@ -2,6 +2,7 @@
 
 #include <chrono>
 
+#include "pipeline/pair_discovery.h"
 #include "pipeline/report_pictures.h"
 #include "pipeline/run_outputs.h"
 #include "pipeline/run_summary.h"
@@ -34,22 +35,21 @@ SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
   const std::vector<Station> stations = LoadStations(project.stations, options, context);
   clock.Finish("stations");
 
-  std::vector<Pair> pairs = PlanPairs(stations, project.pairs);
-  RegisterPairs(stations, options, context, &pairs);
+  const PairDiscovery discovery = DiscoverPairs(stations, project.pairs, options, context);
   clock.Finish("pairs");
 
-  const Network network = BuildNetwork(stations, pairs, options.network);
+  const Network network = BuildNetwork(stations, discovery.pairs, options, context);
   clock.Finish("network");
 
   // Poses first: whatever may happen to the large files, they are kept.
   const std::vector<ReportPicture> pictures = DrawReportPictures(stations, network);
-  WriteReports(SummarizeRun(project, stations, pairs, network, {}), pictures, out_directory);
+  WriteReports(SummarizeRun(project, stations, discovery, network, {}), pictures, out_directory);
   clock.Finish("report");
   const std::vector<OutputRecord> outputs =
       WriteMergedClouds(project, options.ingest, stations, network, out_directory, context);
   clock.Finish("merge");
 
-  run.record = SummarizeRun(project, stations, pairs, network, outputs);
+  run.record = SummarizeRun(project, stations, discovery, network, outputs);
   WriteReports(run.record, pictures, out_directory);
   return run;
 }

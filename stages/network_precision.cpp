@@ -10,35 +10,18 @@
 namespace backsight {
 namespace {
 
-/// Blocks for the variance factor: planes by the cell their centroid lies in.
-std::vector<std::uint64_t> Blocks(std::span<const WeightedPlane> planes,
-                                  std::span<const RigidTransform> poses, double edge_m) {
-  const VoxelLattice lattice{.edge_m = edge_m};
-  std::vector<std::uint64_t> blocks;
-  blocks.reserve(planes.size());
-  for (const WeightedPlane& plane : planes) {
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    for (const PlaneObservation& o : plane.observations) {
-      sum += poses[static_cast<std::size_t>(o.station)] * o.cluster.mean;
-    }
-    blocks.push_back(lattice.Key(sum / static_cast<double>(plane.observations.size())));
-  }
-  return blocks;
-}
-
 /// Grows the blocks while enough remain to tell, and keeps the largest factor: errors that
 /// neighbouring planes share show only in blocks that hold the neighbours.
-void ChooseVarianceFactor(const PlanarProblem& problem, std::span<const RigidTransform> poses,
-                          const Eigen::MatrixXd& formal, double smallest_block_m,
+void ChooseVarianceFactor(const PrecisionInput& input, const Eigen::MatrixXd& formal,
                           const ExecutionContext& context, NetworkPrecision* precision) {
   constexpr double kFewestBlocks = 20.0;  // the factor's own standard error is then about a third
   constexpr int kDoublings = 5;
   double best = 0.0;
   for (int step = 0; step < kDoublings; ++step) {
-    const double edge = smallest_block_m * std::pow(2.0, step);
-    const std::vector<std::uint64_t> blocks = Blocks(problem.planes, poses, edge);
+    const double edge = input.smallest_block_m * std::pow(2.0, step);
+    const std::vector<std::uint64_t> blocks = SpatialBlocks(input, edge);
     const VarianceFactor estimate =
-        EstimateVarianceFactor(problem.planes, blocks, poses, formal, context);
+        EstimateVarianceFactor(input.planes, input.surfaces, blocks, input.poses, formal, context);
     if (getenv("NEES_DEBUG"))
       fprintf(stderr, "block %.2f factor %.4f eff %.1f\n", edge, estimate.factor,
               estimate.effective_blocks);
@@ -80,15 +63,15 @@ void AddFloor(std::span<const RigidTransform> poses, const PrecisionFloor& floor
 }
 
 /// Per station: balanced parameters [lever * rotation; shift] about its planes' centre from xi.
-std::vector<Matrix6d> Balances(const PlanarProblem& problem,
-                               std::span<const RigidTransform> poses) {
+std::vector<Matrix6d> Balances(const PrecisionInput& input) {
+  const std::span<const RigidTransform> poses = input.poses;
   struct Sums {
     double count = 0.0;
     Eigen::Vector3d mean = Eigen::Vector3d::Zero();
     double squared = 0.0;
   };
   std::vector<Sums> sums(poses.size());
-  for (const WeightedPlane& plane : problem.planes) {
+  for (const WeightedPlane& plane : input.planes) {
     for (const PlaneObservation& o : plane.observations) {
       const auto s = static_cast<std::size_t>(o.station);
       const Eigen::Vector3d offset = poses[s] * o.cluster.mean - sums[s].mean;
@@ -114,9 +97,8 @@ std::vector<Matrix6d> Balances(const PlanarProblem& problem,
 
 /// Power iteration on the balanced covariance: an eigenvalue problem of all stations would take
 /// minutes where there are hundreds.
-WeakestDirection FindWeakest(const PlanarProblem& problem, std::span<const RigidTransform> poses,
-                             const Eigen::MatrixXd& covariance) {
-  const std::vector<Matrix6d> balances = Balances(problem, poses);
+WeakestMotion FindWeakest(const PrecisionInput& input, const Eigen::MatrixXd& covariance) {
+  const std::vector<Matrix6d> balances = Balances(input);
   const auto apply = [&](const Eigen::VectorXd& v, bool transposed) {
     Eigen::VectorXd out(v.size());
     for (std::size_t s = 0; s < balances.size(); ++s) {
@@ -144,7 +126,7 @@ WeakestDirection FindWeakest(const PlanarProblem& problem, std::span<const Rigid
     v = next / norm;
     if (settled) break;
   }
-  WeakestDirection weakest;
+  WeakestMotion weakest;
   weakest.sigma_m = std::sqrt(eigenvalue);
   weakest.direction = v;
   double most = -1.0;
@@ -171,21 +153,47 @@ Eigen::MatrixXd InvertInformation(const Eigen::MatrixXd& information) {
   return covariance;
 }
 
-NetworkPrecision ComputePrecision(const PlanarProblem& problem,
-                                  std::span<const RigidTransform> poses, double smallest_block_m,
-                                  const PrecisionFloor& floor, const ExecutionContext& context) {
+std::vector<std::uint64_t> SpatialBlocks(const PrecisionInput& input, double edge_m) {
+  const VoxelLattice lattice{.edge_m = edge_m};
+  std::vector<std::uint64_t> blocks;
+  blocks.reserve(input.planes.size() + input.surfaces.size());
+  for (const WeightedPlane& plane : input.planes) {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (const PlaneObservation& o : plane.observations) {
+      sum += input.poses[static_cast<std::size_t>(o.station)] * o.cluster.mean;
+    }
+    blocks.push_back(lattice.Key(sum / static_cast<double>(plane.observations.size())));
+  }
+  for (const LinkScore& score : input.surfaces) blocks.push_back(lattice.Key(score.center));
+  return blocks;
+}
+
+Eigen::MatrixXd ScanInformation(const PrecisionInput& input, const ExecutionContext& context) {
+  Eigen::MatrixXd matrix = AssembleNormalEquations({input.planes, {}, &context}, input.poses).matrix;
+  for (const LinkScore& score : input.surfaces) {
+    const Eigen::Index i = 6 * score.source;
+    const Eigen::Index j = 6 * score.target;
+    matrix.block<6, 6>(i, i) += score.matrix;
+    matrix.block<6, 6>(j, j) += score.matrix;
+    matrix.block<6, 6>(i, j) -= score.matrix;
+    matrix.block<6, 6>(j, i) -= score.matrix;
+  }
+  return matrix;
+}
+
+NetworkPrecision ComputePrecision(const PrecisionInput& input, const PrecisionFloor& floor,
+                                  const ExecutionContext& context) {
   NetworkPrecision precision;
-  const Eigen::MatrixXd of_planes =
-      AssembleNormalEquations({problem.planes, {}, problem.context}, poses).matrix;
+  const Eigen::MatrixXd of_scans = ScanInformation(input, context);
   const Eigen::MatrixXd of_others =
-      AssembleNormalEquations({{}, problem.observations, problem.context}, poses).matrix;
-  const Eigen::MatrixXd formal = InvertInformation(of_planes + of_others);
+      AssembleNormalEquations({{}, input.others, nullptr}, input.poses).matrix;
+  const Eigen::MatrixXd formal = InvertInformation(of_scans + of_others);
   if (formal.size() == 0) return precision;
-  ChooseVarianceFactor(problem, poses, formal, smallest_block_m, context, &precision);
-  precision.covariance = InvertInformation(of_planes / precision.variance_factor + of_others);
+  ChooseVarianceFactor(input, formal, context, &precision);
+  precision.covariance = InvertInformation(of_scans / precision.variance_factor + of_others);
   if (precision.covariance.size() == 0) return precision;
-  precision.weakest = FindWeakest(problem, poses, precision.covariance);
-  AddFloor(poses, floor, &precision.covariance);
+  precision.weakest = FindWeakest(input, precision.covariance);
+  AddFloor(input.poses, floor, &precision.covariance);
   precision.valid = true;
   return precision;
 }

@@ -9,6 +9,7 @@
 #include "graph/planar_adjustment.h"
 #include "graph/plane_segmentation.h"
 #include "stages/plane_weights.h"
+#include "stages/surface_links.h"
 
 namespace backsight {
 namespace {
@@ -23,6 +24,7 @@ struct PlaneSets {
   std::vector<PlaneAssociation> held_out;
   int observations = 0;
   std::vector<int> of_station;
+  std::vector<std::uint64_t> cells;
   Eigen::MatrixXi of_pair;
 };
 
@@ -59,13 +61,16 @@ class Refinement {
         return std::move(result_);
       }
       MakeLinks();
+      // Surfaces match by nearest voxels: only once planes have brought them together.
+      if (round >= 1) ObserveSurfaces(poses);
       Poses moved = AdjustRound(poses);
+      if (round >= 1) WeighSurfaces(moved);
       const double move_m = LargestMove(poses, moved);
       result_.rounds.back().largest_move_m = move_m;
       poses = std::move(moved);
       // The tolerances have reached their floor, and nothing moves any more.
       constexpr double kSettled = 2e-5;
-      if (round >= 2 && move_m < kSettled) break;
+      if (round >= 3 && move_m < kSettled) break;
     }
     Judge(poses);
     return std::move(result_);
@@ -102,6 +107,7 @@ class Refinement {
     const auto rows = static_cast<Eigen::Index>(stations);
     planes_.of_pair = Eigen::MatrixXi::Zero(rows, rows);
     for (PlaneAssociation& plane : FindPlanes(clusters_, poses, search, &context_)) {
+      planes_.cells.push_back(plane.cell);
       if (IsHeldOut(plane.cell, options_.held_out_share)) {
         planes_.held_out.push_back(std::move(plane));
         continue;
@@ -123,6 +129,7 @@ class Refinement {
   /// evidence of its own and counts in full.
   void MakeLinks() {
     links_.clear();
+    surfaces_ = {};
     for (PoseGraphLink link : input_.links) {
       if (planes_.of_pair(link.source, link.target) >= options_.min_planes) {
         const double shift = 0.5 * l_;
@@ -138,15 +145,66 @@ class Refinement {
       }
       links_.push_back(link);
     }
+    all_links_ = links_;
   }
 
-  PlanarProblem Problem() const { return {planes_.adjusted, {{}, links_, tilts_}, &context_}; }
+  PlanarProblem Problem() const { return {planes_.adjusted, {{}, all_links_, tilts_}, &context_}; }
+
+  PrecisionInput Precision(const Poses& poses) const {
+    return {planes_.adjusted, surfaces_.scores, {{}, links_, tilts_}, poses,
+            options_.root_edge * l_};
+  }
+
+  /// Surfaces at `poses`, weighed against the planes as found so far.
+  void ObserveSurfaces(const Poses& poses) {
+    if (!options_.surfaces || input_.normals.empty()) return;
+    std::vector<std::uint64_t> cells;
+    for (const std::uint64_t cell : planes_.cells) cells.push_back(cell);
+    std::sort(cells.begin(), cells.end());
+    const auto covered = [&](std::size_t s, std::size_t i) {
+      if (getenv("NOCOVER")) return false;
+      const Eigen::Vector3d point = poses[s] * clusters_[s][i].mean;
+      for (int depth = 0; depth <= PlaneSearchOptions{}.max_depth; ++depth) {
+        const std::uint64_t cell = PlaneCell(point, options_.root_edge * l_, depth);
+        if (std::binary_search(cells.begin(), cells.end(), cell)) return true;
+      }
+      return false;
+    };
+    const SurfaceMatcher matcher(input_.stations, input_.normals, covered, context_);
+    surfaces_ = matcher.Observe(input_.links, poses, options_.root_edge * l_,
+                                1.0 / result_.surface_factor, context_);
+    all_links_.insert(all_links_.end(), surfaces_.links.begin(), surfaces_.links.end());
+  }
+
+  /// Variance components: how much larger surfaces' errors are than planes', each against what its
+  /// formal variance says.
+  void WeighSurfaces(const Poses& poses) {
+    if (surfaces_.scores.empty()) return;
+    const PrecisionInput input = Precision(poses);
+    const Eigen::MatrixXd formal = InvertInformation(
+        ScanInformation(input, context_) +
+        AssembleNormalEquations({{}, input.others, nullptr}, poses).matrix);
+    if (formal.size() == 0) return;
+    const double edge = 4.0 * options_.root_edge * l_;
+    const PrecisionInput planes{input.planes, {}, {}, poses, edge};
+    const PrecisionInput surfaces{{}, input.surfaces, {}, poses, edge};
+    const double of_planes = EstimateVarianceFactor(input.planes, {}, SpatialBlocks(planes, edge),
+                                                    poses, formal, context_)
+                                 .factor;
+    const double of_surfaces =
+        EstimateVarianceFactor({}, input.surfaces, SpatialBlocks(surfaces, edge), poses, formal,
+                               context_)
+            .factor;
+    if (getenv("NEES_DEBUG")) fprintf(stderr, "vce planes %.3f surfaces %.3f (factor %.3f) matches %d\n", of_planes, of_surfaces, result_.surface_factor, surfaces_.matches);
+    result_.surface_factor *= of_surfaces / of_planes;
+  }
 
   Poses AdjustRound(const Poses& poses) {
     SetNetworkWeights(poses, context_, &planes_.adjusted);
     RefinementRound round;
     round.planes = static_cast<int>(planes_.adjusted.size());
     round.observations = planes_.observations;
+    round.surface_matches = surfaces_.matches;
     Poses start = poses;
     const double cost = PlanarCost(Problem(), poses);
     if (!proposal_.empty() && PlanarCost(Problem(), proposal_) < cost) {
@@ -223,7 +281,7 @@ class Refinement {
     result_.sigma0_m = weights.sigma0_m;
     result_.agreement_factor = weights.agreement_factor;
     const NetworkPrecision precision = ComputePrecision(
-        Problem(), poses, options_.root_edge * l_,
+        Precision(poses),
         {options_.floor_rotation_deg * std::numbers::pi / 180.0, options_.floor_translation_m},
         context_);
     const bool finite =
@@ -257,6 +315,8 @@ class Refinement {
   std::vector<double> levers_m_;  // rms distance of a station's voxels from its instrument
   std::vector<TiltObservation> tilts_;
   std::vector<PoseGraphLink> links_;
+  std::vector<PoseGraphLink> all_links_;  // with the surfaces'
+  SurfaceObservations surfaces_;
   PlaneSets planes_;
   AndersonAccelerator accelerator_;
   Poses proposal_;
@@ -285,6 +345,8 @@ void VisitOptions(OptionVisitor& visitor, NetworkRefinementOptions& options) {
                "share of the planes that is kept out of the adjustment to check it");
   visitor.Integer("anderson_window", options.anderson_window, "1", 0, 20,
                   "history of the Anderson acceleration; 0 switches it off");
+  visitor.Flag("surfaces", options.surfaces,
+               "let curved and small surfaces, which no plane covers, take part");
   visitor.Real("floor_rotation_deg", options.floor_rotation_deg, "deg", 0.0, 1.0,
                "systematic rotation error of every station that no redundancy shows");
   visitor.Real("floor_translation_m", options.floor_translation_m, "m", 0.0, 1.0,

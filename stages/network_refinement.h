@@ -24,6 +24,7 @@ struct NetworkRefinementOptions {
   double effective_points = 50.0;  ///< cap on the weight of one station's part of a plane
   double held_out_share = 0.1;     ///< of the planes, never adjusted
   int anderson_window = 5;         ///< 0 switches the acceleration off
+  bool surfaces = true;            ///< let what no plane covers take part
   double floor_rotation_deg = 0.0;
   double floor_translation_m = 0.0;
 };
@@ -35,6 +36,8 @@ struct NetworkRefinementInput {
   std::vector<RigidTransform> survey_from_station;  ///< from the pose graph
   std::vector<Matrix6d> covariance;                 ///< of these, Retract's convention
   std::vector<PoseGraphLink> links;                 ///< used ones; indices into `stations`
+  /// Empty (curved and small surfaces take no part), or one per station: normals of its leaves.
+  std::vector<const std::vector<Eigen::Vector3f>*> normals;
   /// Empty, or one per station: standard deviation of the levelling of its z axis, per axis.
   std::vector<std::optional<double>> level_sigma_rad;
 };
@@ -43,6 +46,7 @@ struct NetworkRefinementInput {
 struct RefinementRound {
   int planes = 0;  ///< adjusted ones
   int observations = 0;
+  int surface_matches = 0;  ///< voxels that no plane covers
   int iterations = 0;           ///< of Levenberg-Marquardt
   int anderson_accepted = 0;    ///< proposals within it
   bool anderson_start = false;  ///< it began at the proposal of the rounds before
@@ -74,12 +78,13 @@ struct NetworkRefinementResult {
   double sigma0_m = 0.0;          ///< patches' own thickness, median over the planes
   double agreement_factor = 1.0;  ///< of the patches' disagreement, formal variance 1
   double variance_factor = 1.0;   ///< applied to the formal covariance, neighbours' errors shared
+  double surface_factor = 1.0;    ///< variance of surfaces' formal errors over that of planes'
   double block_m = 0.0;           ///< edge of the blocks it was found at; 0: single planes
   int planes = 0;                 ///< last round
   int observations = 0;
   std::vector<int> planes_of_station;  ///< last round
   std::vector<RefinementRound> rounds;
-  WeakestDirection weakest;
+  WeakestMotion weakest;
   std::vector<HeldOutPair> held_out;  ///< ascending station pairs
 };
 

@@ -5,10 +5,11 @@
 #include <cmath>
 #include <numbers>
 
+#include "graph/graph_connectivity.h"
+
 namespace backsight {
 namespace {
 
-constexpr double kMedianOfChiSquared6 = 5.348;
 /// Squared error beyond which a link is taken as false. Well above chi^2's 99 % (16.81), because
 /// real errors have longer tails than normal ones, and far below that of any false link.
 constexpr double kGrossError = 100.0;
@@ -17,9 +18,8 @@ constexpr double kLargestVarianceFactor = 25.0;
 
 /// Covariance of a link: what the registration claims, held above the systematic floor.
 Matrix6d LinkCovariance(const NetworkLink& link, const NetworkOptions& options) {
-  const Matrix6d formal = link.information.ldlt().solve(Matrix6d::Identity());
   const double rotation = options.floor_rotation_deg * std::numbers::pi / 180.0;
-  Matrix6d covariance = 0.5 * (formal + formal.transpose());
+  Matrix6d covariance = CovarianceOf(link.information);
   covariance.topLeftCorner<3, 3>().diagonal().array() += rotation * rotation;
   covariance.bottomRightCorner<3, 3>().diagonal().array() +=
       options.floor_translation_m * options.floor_translation_m;
@@ -27,95 +27,155 @@ Matrix6d LinkCovariance(const NetworkLink& link, const NetworkOptions& options) 
 }
 
 std::vector<PoseGraphLink> MakeLinks(std::span<const NetworkLink> links,
-                                     const NetworkOptions& options, double variance_factor) {
+                                     const NetworkOptions& options) {
   std::vector<PoseGraphLink> result;
   for (const NetworkLink& link : links) {
-    const Matrix6d covariance = variance_factor * LinkCovariance(link, options);
-    result.push_back({link.source, link.target, link.target_from_source,
-                      covariance.ldlt().solve(Matrix6d::Identity()), link.confidence});
+    PoseGraphLink made;
+    made.source = link.source;
+    made.target = link.target;
+    made.target_from_source = link.target_from_source;
+    made.information = LinkCovariance(link, options).ldlt().solve(Matrix6d::Identity());
+    made.confidence = link.confidence;
+    made.pair = link.pair;
+    made.score = link.score;
+    made.doubtful = link.doubtful;
+    result.push_back(made);
   }
   return result;
 }
 
-int Redundancy(const PoseGraphResult& poses) {
-  int used = 0;
-  for (const double weight : poses.weights) used += weight > 0.0 ? 1 : 0;
-  const int components = 1 + *std::max_element(poses.component.begin(), poses.component.end());
-  return 6 * (used - (static_cast<int>(poses.component.size()) - components));
+void ScaleInformation(double factor, std::vector<PoseGraphLink>* links) {
+  for (PoseGraphLink& link : *links) link.information *= factor;
 }
 
-/// Variance factor from the median squared error of the links: half of them may be false.
-double EstimateVarianceFactor(std::span<const PoseGraphLink> links, const PoseGraphResult& poses) {
-  const int redundancy = Redundancy(poses);
-  if (redundancy <= 0) return 1.0;
-  std::vector<double> squared;
-  for (const PoseGraphLink& link : links) {
-    const Vector6d r =
-        LinkResidual(link, poses.survey_from_station[static_cast<std::size_t>(link.source)],
-                     poses.survey_from_station[static_cast<std::size_t>(link.target)]);
-    squared.push_back(r.dot(link.information * r));
-  }
-  const auto middle = squared.begin() + static_cast<std::ptrdiff_t>(squared.size() / 2);
-  std::nth_element(squared.begin(), middle, squared.end());
-  const double share = static_cast<double>(redundancy) / (6.0 * static_cast<double>(links.size()));
-  return *middle / (kMedianOfChiSquared6 * share);
+int Redundancy(const std::vector<int>& component, const std::vector<double>& weights) {
+  if (component.empty()) return 0;
+  const auto used = std::count_if(weights.begin(), weights.end(), [](double w) { return w > 0.0; });
+  const int components = 1 + *std::max_element(component.begin(), component.end());
+  return 6 * (static_cast<int>(used) - (static_cast<int>(component.size()) - components));
 }
 
-/// A link lies on a loop if its ends stay connected without it.
-std::vector<bool> FindLoopControl(int stations, std::span<const PoseGraphLink> links,
-                                  const std::vector<double>& weights) {
-  std::vector<bool> controlled;
+/// Adjusts the links that the selection uses and returns the variance factor that this asks for.
+double AdjustSelected(std::span<const PoseGraphLink> links, const LinkSelection& selection,
+                      PoseGraphResult* poses) {
+  std::vector<PoseGraphLink> used;
+  const std::vector<char> use = selection.Used();
   for (std::size_t l = 0; l < links.size(); ++l) {
-    std::vector<int> label(static_cast<std::size_t>(stations));
-    for (std::size_t s = 0; s < label.size(); ++s) label[s] = static_cast<int>(s);
-    for (std::size_t k = 0; k < links.size(); ++k) {
-      if (k == l || weights[k] <= 0.0) continue;
-      const int from = label[static_cast<std::size_t>(links[k].source)];
-      const int to = label[static_cast<std::size_t>(links[k].target)];
-      std::replace(label.begin(), label.end(), from, to);
-    }
-    controlled.push_back(weights[l] > 0.0 && label[static_cast<std::size_t>(links[l].source)] ==
-                                                 label[static_cast<std::size_t>(links[l].target)]);
+    if (use[l] != 0) used.push_back(links[l]);
   }
-  return controlled;
+  *poses = SolvePoseGraph(static_cast<int>(selection.survey_from_station.size()), used,
+                          selection.survey_from_station, {.robust = false});
+  poses->weights.assign(use.begin(), use.end());
+  const int redundancy = Redundancy(poses->component, poses->weights);
+  return redundancy > 0 ? 2.0 * poses->cost / redundancy : 1.0;
+}
+
+LinkSelection UseAll(int stations, std::span<const PoseGraphLink> links) {
+  LinkSelection selection;
+  selection.fate.assign(links.size(), LinkFate::kUsed);
+  const PoseGraphResult start = SolvePoseGraph(stations, links, {}, {.robust = false});
+  selection.survey_from_station = start.survey_from_station;
+  selection.component = start.component;
+  return selection;
+}
+
+/// Selection and adjustment with the links' scale of error re-estimated until the selection stays.
+LinkSelection SolveWithScale(int stations, const NetworkOptions& options,
+                             std::vector<PoseGraphLink>* links, NetworkResult* result) {
+  const CycleStatistics cycles =
+      CheckCycles(stations, *links, {.largest_factor = kLargestVarianceFactor});
+  result->support = cycles.support;
+  result->cycle_sigma_factor = std::sqrt(cycles.variance_factor);
+  double factor = cycles.variance_factor;
+  ScaleInformation(1.0 / factor, links);
+  LinkSelection selection;
+  constexpr int kMaxRounds = 4;
+  for (int round = 0; round < kMaxRounds; ++round) {
+    const std::vector<LinkFate> before = selection.fate;
+    selection =
+        options.robust
+            ? SelectLinks(stations, *links, result->support,
+                          {.outlier_limit = kGrossError, .score_noise = options.score_noise})
+            : UseAll(stations, *links);
+    const double wanted = AdjustSelected(*links, selection, &result->poses);
+    const double next = std::clamp(factor * wanted, 1.0, kLargestVarianceFactor);
+    ScaleInformation(factor / next, links);
+    result->poses.cost *= factor / next;
+    factor = next;
+    if (selection.fate == before) break;
+  }
+  result->sigma_factor = std::sqrt(factor);
+  return selection;
+}
+
+void FillCovariances(std::span<const PoseGraphLink> links, NetworkResult* result) {
+  const std::vector<RigidTransform>& poses = result->poses.survey_from_station;
+  result->covariance = JointCovariance(links, result->poses.weights,
+                                       FirstOfEachComponent(result->poses.component), poses);
+  for (std::size_t s = 0; s < poses.size(); ++s) {
+    const auto i = static_cast<Eigen::Index>(6 * s);
+    result->poses.covariance.emplace_back(result->covariance.block<6, 6>(i, i));
+  }
+  for (const PoseGraphLink& link : links) {
+    const bool together = result->poses.component[static_cast<std::size_t>(link.source)] ==
+                          result->poses.component[static_cast<std::size_t>(link.target)];
+    result->link_covariance.push_back(
+        together ? RelativeCovariance(result->covariance, link.source, link.target,
+                                      poses[static_cast<std::size_t>(link.target)])
+                 : Matrix6d(Matrix6d::Zero()));
+  }
+  result->weakest = FindWeakestDirection(result->covariance, links, poses);
+}
+
+void FillClosures(int stations, std::span<const PoseGraphLink> links, NetworkResult* result) {
+  std::vector<PoseGraphLink> used;
+  for (std::size_t l = 0; l < links.size(); ++l) {
+    if (result->poses.weights[l] > 0.0) used.push_back(links[l]);
+  }
+  for (const Cycle& cycle : CheckCycles(stations, used, {}).cycles) {
+    if (cycle.links[3] >= 0) continue;
+    const PoseGraphLink& across = used[static_cast<std::size_t>(cycle.links[1])];
+    result->closures.push_back({cycle.start, std::min(across.source, across.target),
+                                std::max(across.source, across.target),
+                                cycle.rotation * 180.0 / std::numbers::pi, cycle.translation,
+                                cycle.squared_error});
+  }
 }
 
 }  // namespace
 
 void VisitOptions(OptionVisitor& visitor, NetworkOptions& options) {
-  visitor.Flag("robust", options.robust, "seek and remove false links");
+  visitor.Flag("robust", options.robust, "seek and remove false links, choose among rival ones");
   visitor.Real("floor_rotation_deg", options.floor_rotation_deg, "deg", 0.0, 1.0,
                "systematic rotation error that no link is better than");
   visitor.Real("floor_translation_m", options.floor_translation_m, "m", 0.0, 1.0,
                "systematic translation error that no link is better than");
+  visitor.Real("score_noise", options.score_noise, "", 1e-6, 1.0,
+               "standard deviation of the score by which rival motions of a pair are compared");
 }
 
 NetworkResult SolveNetwork(int stations, std::span<const NetworkLink> links,
                            const NetworkOptions& options) {
   NetworkResult result;
-  std::vector<PoseGraphLink> weighted = MakeLinks(links, options, 1.0);
-  double variance_factor = 1.0;
-  if (!links.empty()) {
-    // The least-squares fit spreads gross errors over all links; one robust pass takes them out
-    // before the scale is judged for good.
-    for (const bool robust : {false, options.robust}) {
-      const PoseGraphResult trial =
-          SolvePoseGraph(stations, weighted, {.robust = robust, .outlier_quantile = kGrossError});
-      variance_factor = std::clamp(variance_factor * EstimateVarianceFactor(weighted, trial), 1.0,
-                                   kLargestVarianceFactor);
-      weighted = MakeLinks(links, options, variance_factor);
-    }
-  }
-  result.poses = SolvePoseGraph(stations, weighted,
-                                {.robust = options.robust, .outlier_quantile = kGrossError});
-  result.sigma_factor = std::sqrt(variance_factor);
-  result.redundancy = Redundancy(result.poses);
-  result.loop_controlled = FindLoopControl(stations, weighted, result.poses.weights);
-  for (const PoseGraphLink& link : weighted) {
+  std::vector<PoseGraphLink> scaled = MakeLinks(links, options);
+  const LinkSelection selection = SolveWithScale(stations, options, &scaled, &result);
+  result.fate = selection.fate;
+  result.ambiguities = selection.ambiguities;
+  result.readmitted = selection.readmitted;
+  result.moves = selection.moves;
+  result.redundancy = Redundancy(result.poses.component, result.poses.weights);
+  const std::vector<char> used = selection.Used();
+  result.removed = static_cast<int>(std::count(used.begin(), used.end(), 0));
+  const std::vector<char> bridges = FindBridges(stations, scaled, used);
+  for (std::size_t l = 0; l < scaled.size(); ++l) {
+    const PoseGraphLink& link = scaled[l];
+    result.loop_controlled.push_back(used[l] != 0 && bridges[l] == 0);
     result.residuals.push_back(
         LinkResidual(link, result.poses.survey_from_station[static_cast<std::size_t>(link.source)],
                      result.poses.survey_from_station[static_cast<std::size_t>(link.target)]));
   }
+  FillCovariances(scaled, &result);
+  FillClosures(stations, scaled, &result);
   return result;
 }
 

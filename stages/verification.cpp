@@ -122,10 +122,10 @@ bool IsSignificant(int consensus, int consensus_null, const VerificationOptions&
 }
 
 std::string ToString(Reason reason) {
-  static constexpr std::array<const char*, 11> kNames = {
-      "",         "not_registered",      "not_significant", "low_overlap",  "fine_diverged",
-      "tilted",   "free_space_conflict", "far_from_start",  "undetermined", "symmetric",
-      "ambiguous"};
+  static constexpr std::array<const char*, 12> kNames = {
+      "",          "not_registered",      "not_significant", "low_overlap",  "fine_diverged",
+      "tilted",    "free_space_conflict", "far_from_start",  "undetermined", "symmetric",
+      "ambiguous", "contradicts_prior"};
   return kNames.at(static_cast<std::size_t>(reason));
 }
 

@@ -48,17 +48,18 @@ enum class Verdict { kAccepted, kDoubtful, kRejected };
 /// Whether a registered pair can be believed, and what speaks against it.
 struct VerificationResult {
   enum class Reason {
-    kNone,            ///< accepted
-    kNotRegistered,   ///< the coarse registration found no motion
-    kNotSignificant,  ///< its consensus could be chance
-    kLowOverlap,      ///< too little of one cloud falls on the other
-    kFineDiverged,    ///< the planes pull away from the correspondences
-    kTilted,          ///< levelled instruments would stand at an angle
-    kFreeSpace,       ///< one scanner saw through surfaces that the other would put there
-    kFarFromStart,    ///< refined farther away than the start should be wrong
-    kUndetermined,    ///< one direction is held by nothing
-    kSymmetric,       ///< a symmetric station, and conflicts that only a unique one could afford
-    kAmbiguous,       ///< a rival motion fits as well
+    kNone,              ///< accepted
+    kNotRegistered,     ///< the coarse registration found no motion
+    kNotSignificant,    ///< its consensus could be chance
+    kLowOverlap,        ///< too little of one cloud falls on the other
+    kFineDiverged,      ///< the planes pull away from the correspondences
+    kTilted,            ///< levelled instruments would stand at an angle
+    kFreeSpace,         ///< one scanner saw through surfaces that the other would put there
+    kFarFromStart,      ///< refined farther away than the start should be wrong
+    kUndetermined,      ///< one direction is held by nothing
+    kSymmetric,         ///< a symmetric station, and conflicts that only a unique one could afford
+    kAmbiguous,         ///< a rival motion fits as well
+    kContradictsPrior,  ///< the priors of both stations rule the motion out
   };
   Verdict verdict = Verdict::kRejected;
   Reason reason = Reason::kNotRegistered;

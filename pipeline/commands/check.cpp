@@ -29,7 +29,9 @@ int CheckCommand(const std::string& project_path) {
       fmt::print("  {:<12} unusable: {}\n", spec.id, error.what());
     }
   }
-  fmt::print("plan: {} pairs at {:g} m resolution", PlanPairs(stations, project.pairs).size(),
+  const auto usable = static_cast<int>(stations.size()) - faults;
+  fmt::print("plan: {} pairs{} at {:g} m resolution", PlanPairs(stations, project.pairs).size(),
+             IsExhaustive(usable, options.pair_selection) ? "" : ", the promising ones of them,",
              options.ingest.resolution_m);
   fmt::print(", {} merged cloud(s)\n",
              project.outputs.merged ? project.outputs.merged->size() : std::size_t{1});

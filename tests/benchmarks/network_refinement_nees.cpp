@@ -8,7 +8,10 @@
 #include "core/random.h"
 #include "io/scene_file.h"
 #include "stages/ingest.h"
+#include "stages/leaf_grid.h"
 #include "stages/network_refinement.h"
+#include "stages/normal_orientation.h"
+#include "stages/normals.h"
 #include "stages/simulation/campaign.h"
 
 // Do the stated uncertainties come true? Simulates scenes in process, refines the network from
@@ -99,7 +102,20 @@ double RunOne(const std::string& path, std::uint64_t seed, const ExecutionContex
   }
   Random random(seed);
   NetworkRefinementInput input;
-  for (const StationModel& model : models) input.stations.push_back(&model);
+  std::vector<std::vector<Eigen::Vector3f>> normals;
+  for (const StationModel& model : models) {
+    const double radius_m = 3.0 * model.resolution_m();
+    std::vector<Eigen::Vector3f> positions;
+    for (const VoxelLeaf& leaf : model.leaves) {
+      positions.push_back(leaf.cluster.mean.cast<float>());
+    }
+    normals.push_back(EstimateNormals(LeafGrid(positions, radius_m), radius_m, context));
+    OrientNormals(model, false, &normals.back());
+  }
+  for (std::size_t s = 0; s < models.size(); ++s) {
+    input.stations.push_back(&models[s]);
+    input.normals.push_back(&normals[s]);
+  }
   input.links = MakeLinks(campaign, random);
   const PoseGraphResult graph =
       SolvePoseGraph(static_cast<int>(models.size()), input.links, {.robust = false});

@@ -3,8 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <map>
+#include <set>
+#include <utility>
 
 #include "tests/support/matchers.h"
 #include "tests/support/synthetic_planes.h"
@@ -197,6 +201,140 @@ TEST(FindPlanes, DropsTheStationWhoseSurfaceIsTilted) {
   ASSERT_EQ(planes.size(), 1U);
   ASSERT_EQ(planes[0].observations.size(), 3U);
   for (const auto& o : planes[0].observations) EXPECT_NE(o.station, 1);
+}
+
+/// The search straight from its definition: no keys, no sorting, every cloud gone through anew for
+/// every cell.
+struct NaiveSearch {
+  const Seen& seen;
+  const PlaneSearchOptions& options;
+  std::vector<std::vector<std::pair<int, double>>> found;  // stations and counts of each plane
+
+  static bool Inside(const Eigen::Vector3d& p, const Eigen::Vector3d& low, double edge) {
+    return ((p - low).array() >= 0.0).all() && ((p - low).array() < edge).all();
+  }
+  static Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> Solve(const PointCluster& c) {
+    return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(c.Covariance());
+  }
+  bool Planar(const PointCluster& c) const {
+    const Eigen::Vector3d e = Solve(c).eigenvalues();
+    return e[0] < options.max_thinness * e[1] && e[1] > options.min_width * e[2] &&
+           std::sqrt(std::max(e[0], 0.0)) < options.max_thickness_m;
+  }
+  double Misfit(const PointCluster& c, const PointCluster& joint) const {
+    const auto solver = Solve(joint);
+    const Eigen::Vector3d normal = solver.eigenvectors().col(0);
+    const Eigen::Vector3d offset = c.mean - joint.mean;
+    const double along = (offset - offset.dot(normal) * normal).norm();
+    const double cosine = std::abs(Solve(c).eigenvectors().col(0).dot(normal));
+    return std::max({std::acos(std::min(cosine, 1.0)) / options.max_angle_rad,
+                     std::abs(offset.dot(normal)) / options.max_offset_m,
+                     along / (2.0 * std::sqrt(solver.eigenvalues()[2]))});
+  }
+
+  void Cell(const Eigen::Vector3d& low, double edge, int depth) {
+    std::map<int, PointCluster> parts;
+    for (std::size_t s = 0; s < seen.poses.size(); ++s) {
+      PointCluster part;
+      int clusters = 0;
+      for (const PointCluster& c : seen.clusters[s]) {
+        if (!Inside(seen.poses[s] * c.mean, low, edge)) continue;
+        part += Transformed(seen.poses[s].rotation, seen.poses[s].translation, c);
+        ++clusters;
+      }
+      if (part.count >= options.min_points || clusters >= options.min_clusters) {
+        parts[static_cast<int>(s)] = part;
+      }
+    }
+    if (parts.size() < 2) return;
+    auto planar = parts;
+    std::erase_if(planar, [&](const auto& part) { return !Planar(part.second); });
+    while (planar.size() >= 2) {
+      PointCluster joint;
+      for (const auto& [s, part] : planar) joint += part;
+      const auto worst = std::max_element(
+          planar.begin(), planar.end(), [&](const auto& a, const auto& b) {
+            return Misfit(a.second, joint) < Misfit(b.second, joint);
+          });
+      if (Misfit(worst->second, joint) < 1.0) {
+        found.emplace_back();
+        for (const auto& [s, part] : planar) found.back().emplace_back(s, part.count);
+        return;
+      }
+      planar.erase(worst);
+    }
+    if (depth == options.max_depth) return;
+    for (int o = 0; o < 8; ++o) {
+      Cell(low + 0.5 * edge * Eigen::Vector3d(o / 4, o / 2 % 2, o % 2), 0.5 * edge, depth + 1);
+    }
+  }
+};
+
+TEST(FindPlanes, FindsWhatANaiveSearchFinds) {
+  for (std::uint64_t seed = 20; seed < 22; ++seed) {
+    Random random(seed);
+    Seen seen;
+    for (int s = 0; s < 3; ++s) {
+      seen.Add(RoomPoints(random, {-1.3, -0.9, -0.7}, {1.1, 1.2, 1.3}, 0.04, 0.004),
+               RandomTransform(random, 1.0));
+    }
+    const PlaneSearchOptions options;
+    NaiveSearch naive{seen, options, {}};
+    for (int x = -3; x < 3; ++x) {
+      for (int y = -3; y < 3; ++y) {
+        for (int z = -3; z < 3; ++z) {
+          naive.Cell(options.root_edge_m * Eigen::Vector3d(x, y, z), options.root_edge_m, 0);
+        }
+      }
+    }
+    std::vector<std::vector<std::pair<int, double>>> found;
+    for (const PlaneAssociation& plane : seen.Find(options)) {
+      found.emplace_back();
+      for (const PlaneObservation& o : plane.observations) {
+        found.back().emplace_back(o.station, o.cluster.count);
+      }
+    }
+    EXPECT_GT(found.size(), 40U);
+    EXPECT_EQ(found, naive.found);
+  }
+}
+
+TEST(FindPlanes, VoxelLeavesAndThreadsChangeNothing) {
+  const Seen room = MakeRoom(10, 4);
+  std::vector<std::vector<VoxelLeaf>> leaves;
+  for (const auto& clusters : room.clusters) {
+    leaves.emplace_back();
+    for (const PointCluster& cluster : clusters) leaves.back().push_back({0, cluster});
+  }
+  const std::vector<ClusterList> lists(leaves.begin(), leaves.end());
+  const ExecutionContext four(4);
+  const auto a = room.Find();
+  const auto b = FindPlanes(lists, room.poses, {}, &four);
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t k = 0; k < a.size(); ++k) {
+    EXPECT_EQ(a[k].cell, b[k].cell);
+    ASSERT_EQ(a[k].observations.size(), b[k].observations.size());
+    for (std::size_t o = 0; o < a[k].observations.size(); ++o) {
+      EXPECT_EQ(a[k].observations[o].station, b[k].observations[o].station);
+      EXPECT_EQ(a[k].observations[o].cluster.mean, b[k].observations[o].cluster.mean);
+    }
+  }
+}
+
+TEST(FindPlanes, CellsAreNamedByThePointsInThem) {
+  const Seen room = MakeRoom(11, 2);
+  const PlaneSearchOptions options;
+  std::set<std::uint64_t> names;
+  for (const PlaneAssociation& plane : room.Find(options)) {
+    EXPECT_TRUE(names.insert(plane.cell).second) << "two planes in one cell";
+    int matches = 0;
+    for (int depth = 0; depth <= options.max_depth; ++depth) {
+      const Eigen::Vector3d mean = room.World(plane.observations[0]).mean;
+      matches += PlaneCell(mean, options.root_edge_m, depth) == plane.cell ? 1 : 0;
+    }
+    EXPECT_EQ(matches, 1);
+  }
+  EXPECT_GT(names.size(), 60U);
 }
 
 TEST(FindPlanes, OneStationOrNoneMakesNoPlane) {

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/LU>
-
 #include "tests/support/matchers.h"
 #include "tests/support/synthetic_network.h"
 
@@ -57,7 +55,7 @@ TEST(LinkResidual, HasTheSignOfTheSourceStationsMotion) {
 TEST(SolvePoseGraph, ExactNetworkExactly) {
   for (std::uint64_t seed = 0; seed < 5; ++seed) {
     const auto network = MakeNetwork(seed, 9, 0.5, 0.0);
-    const auto result = SolvePoseGraph(9, network.links, {});
+    const auto result = SolvePoseGraph(9, network.links, {}, {});
     EXPECT_TRUE(result.converged);
     EXPECT_LT(result.cost, 1e-9);
     EXPECT_EQ(result.component, std::vector<int>(9, 0));
@@ -66,16 +64,19 @@ TEST(SolvePoseGraph, ExactNetworkExactly) {
   }
 }
 
-TEST(SolvePoseGraph, FalseLinksAreRemoved) {
+TEST(SolvePoseGraph, FalseLinksAreRemovedFromAStartThatIsNearby) {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     auto network = MakeNetwork(seed, 12, 0.8, 1.0);
     const auto is_false = FalsifyLinks(seed, 0.3, &network.links);
+    Random random(seed + 100);
+    std::vector<RigidTransform> start = network.survey_from_station;
+    for (RigidTransform& pose : start) pose = Retract(pose, RandomTwist(random, 0.02, 0.5));
     std::vector<PoseGraphLink> good;
     for (std::size_t l = 0; l < network.links.size(); ++l) {
       if (is_false[l] == 0) good.push_back(network.links[l]);
     }
-    const auto result = SolvePoseGraph(12, network.links, {.outlier_quantile = 35.0});
-    const auto expected = SolvePoseGraph(12, good, {.robust = false});
+    const auto result = SolvePoseGraph(12, network.links, start, {.outlier_limit = 35.0});
+    const auto expected = SolvePoseGraph(12, good, {}, {.robust = false});
     EXPECT_TRUE(result.converged);
     for (std::size_t l = 0; l < network.links.size(); ++l) {
       EXPECT_EQ(result.weights[l], is_false[l] != 0 ? 0.0 : 1.0) << seed << " link " << l;
@@ -87,7 +88,7 @@ TEST(SolvePoseGraph, FalseLinksAreRemoved) {
 TEST(SolvePoseGraph, NotRobustUsesEveryLink) {
   auto network = MakeNetwork(20, 6, 1.0, 1.0);
   FalsifyLinks(20, 0.2, &network.links);
-  const auto result = SolvePoseGraph(6, network.links, {.robust = false});
+  const auto result = SolvePoseGraph(6, network.links, {}, {.robust = false});
   EXPECT_EQ(result.weights, std::vector<double>(network.links.size(), 1.0));
   EXPECT_GT(result.cost, 1000.0);
 }
@@ -101,22 +102,19 @@ TEST(SolvePoseGraph, TwoComponentsStayTwo) {
     link.target += 4;
     links.push_back(link);
   }
-  const auto result = SolvePoseGraph(10, links, {});
+  const auto result = SolvePoseGraph(10, links, {}, {});
   EXPECT_EQ(result.component, (std::vector<int>{0, 0, 0, 0, 1, 1, 1, 1, 1, 2}));
   auto expected = a.survey_from_station;
   expected.insert(expected.end(), b.survey_from_station.begin(), b.survey_from_station.end());
   expected.emplace_back();  // a station without links is a component of its own
   ExpectPosesNear(result.survey_from_station, expected, 1e-8);
-  for (const std::size_t s : {0U, 4U, 9U}) EXPECT_EQ(result.covariance[s].norm(), 0.0);
-  for (const std::size_t s : {1U, 5U, 8U}) EXPECT_GT(result.covariance[s].norm(), 0.0);
 }
 
 TEST(SolvePoseGraph, StationsWithoutLinks) {
-  const auto result = SolvePoseGraph(3, {}, {});
+  const auto result = SolvePoseGraph(3, {}, {}, {});
   EXPECT_EQ(result.component, (std::vector<int>{0, 1, 2}));
   ExpectPosesNear(result.survey_from_station, std::vector<RigidTransform>(3), 0.0);
-  EXPECT_EQ(result.covariance.size(), 3U);
-  EXPECT_TRUE(SolvePoseGraph(0, {}, {}).survey_from_station.empty());
+  EXPECT_TRUE(SolvePoseGraph(0, {}, {}, {}).survey_from_station.empty());
 }
 
 TEST(SolvePoseGraph, SemiDefiniteInformationIsUsedAsItIs) {
@@ -130,7 +128,7 @@ TEST(SolvePoseGraph, SemiDefiniteInformationIsUsedAsItIs) {
     // What it does not know it measured badly.
     link.target_from_source = Retract(link.target_from_source, 0.01 * blind);
   }
-  const auto result = SolvePoseGraph(6, network.links, {.robust = false});
+  const auto result = SolvePoseGraph(6, network.links, {}, {.robust = false});
   double cost = 0.0;
   for (const PoseGraphLink& link : network.links) {
     const Vector6d r =
@@ -140,27 +138,6 @@ TEST(SolvePoseGraph, SemiDefiniteInformationIsUsedAsItIs) {
   }
   EXPECT_LE(result.cost, cost * (1.0 + 1e-9)) << "the truth must not be better than the minimum";
   ExpectPosesNear(result.survey_from_station, network.survey_from_station, 1e-4);
-}
-
-TEST(SolvePoseGraph, CovarianceMatchesTheScatterOfSolutions) {
-  constexpr int kSeeds = 40;
-  constexpr int kStations = 6;
-  double nees = 0.0;
-  double chi2 = 0.0;
-  for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
-    const auto network = MakeNetwork(200 + seed, kStations, 0.7, 1.0);
-    const auto result = SolvePoseGraph(kStations, network.links, {.robust = false});
-    for (std::size_t s = 1; s < kStations; ++s) {
-      const Vector6d error =
-          LocalDifference(result.survey_from_station[s], network.survey_from_station[s]);
-      nees += error.dot(result.covariance[s].inverse() * error) / (6.0 * kSeeds * (kStations - 1));
-    }
-    const double redundancy = 6.0 * (static_cast<double>(network.links.size()) - (kStations - 1));
-    chi2 += 2.0 * result.cost / redundancy / kSeeds;
-  }
-  EXPECT_GT(nees, 0.8);
-  EXPECT_LT(nees, 1.2);
-  EXPECT_NEAR(chi2, 1.0, 0.15);
 }
 
 }  // namespace

@@ -66,6 +66,21 @@ TEST(ReportHtml, ShowsVerdictStationsAndLinks) {
   if (const char* path = std::getenv("BACKSIGHT_KEEP_REPORT")) std::ofstream(path) << html;
 }
 
+TEST(ReportHtml, CountsSkippedPairsByReason) {
+  RunRecord run = SampleRun();
+  LinkRecord skipped;
+  skipped.source = "S12", skipped.target = "S1";
+  skipped.status = LinkStatus::kSkipped;
+  skipped.reason = "not_similar";
+  run.links.insert(run.links.end(), 1234, skipped);
+  const std::string html = ReportHtml(run, {});
+  EXPECT_THAT(html, HasSubstr("1\xc2\xa0"
+                              "234 more pairs were skipped"));
+  EXPECT_THAT(html, HasSubstr("not similar"));
+  EXPECT_THAT(html, Not(HasSubstr("<td><b>S12</b></td><td><b>S1</b></td>")));
+  EXPECT_THAT(html, HasSubstr("<b>9 of 12</b>"));
+}
+
 TEST(ReportHtml, EscapesEverything) {
   const std::string evil = "<script>alert(\"1\")</script>'&\x01\xff";
   RunRecord run = SampleRun();

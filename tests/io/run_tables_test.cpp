@@ -74,6 +74,26 @@ TEST(RunTables, LinksReadBackExactly) {
   }
 }
 
+TEST(RunTables, SkippedPairsHaveAReasonAndNoFigures) {
+  RunRecord run = SampleRun();
+  LinkRecord skipped;
+  skipped.source = "S12", skipped.target = "S1";
+  skipped.status = LinkStatus::kSkipped;
+  skipped.reason = "not_similar";
+  const std::size_t tried = run.links.size();
+  run.links.push_back(skipped);
+  const CsvTable table = CsvTable::Parse(LinksCsv(run.links), "links.csv");
+  const CsvTable::Row& row = table.rows().back();
+  EXPECT_EQ(table.Text(row, "status"), "skipped");
+  EXPECT_EQ(table.Text(row, "reason"), "not_similar");
+  for (const char* column : {"tx_m", "coarse_qw", "overlap", "consensus", "correspondences"}) {
+    EXPECT_EQ(table.Text(row, column), "") << column;
+  }
+  const auto json = nlohmann::ordered_json::parse(ReportJson(run));
+  EXPECT_EQ(json["links"].size(), tried);
+  EXPECT_EQ(json["skipped_pairs"]["not_similar"], 1);
+}
+
 TEST(RunTables, SigmasAreThoseOfTheStationsPosition) {
   PoseRecord pose;
   pose.status = StationStatus::kRegistered;
@@ -119,10 +139,10 @@ TEST(RunJson, ParsesBackWithStableKeys) {
   const auto json = nlohmann::ordered_json::parse(text);
   std::vector<std::string> keys;
   for (const auto& [key, value] : json.items()) keys.push_back(key);
-  EXPECT_EQ(keys,
-            (std::vector<std::string>{"schema_version", "project_name", "version", "verdict",
-                                      "exit_code", "gates", "network", "components", "closures",
-                                      "poses", "links", "scans", "outputs", "warnings"}));
+  EXPECT_EQ(keys, (std::vector<std::string>{
+                      "schema_version", "project_name", "version", "verdict", "exit_code", "gates",
+                      "network", "components", "closures", "poses", "links", "skipped_pairs",
+                      "scans", "outputs", "warnings"}));
   EXPECT_EQ(json["links"].size(), run.links.size());
   EXPECT_EQ(json["links"][0]["rms_m"], run.links[0].rms_m);
   EXPECT_TRUE(json["links"][11]["target_from_source"].is_null());

@@ -1,0 +1,261 @@
+#include "pipeline/pair_discovery.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <map>
+#include <set>
+
+#include "graph/spanning_tree.h"
+#include "stages/overlap_prediction.h"
+#include "stages/pair_ranking.h"
+#include "stages/pair_selection.h"
+#include "stages/station_priors.h"
+
+namespace backsight {
+namespace {
+
+using IdPairs = std::vector<std::pair<std::string, std::string>>;
+
+std::size_t At(int index) { return static_cast<std::size_t>(index); }
+
+/// Both orders of every listed pair.
+std::set<std::pair<std::string, std::string>> BothWays(const IdPairs& list) {
+  std::set<std::pair<std::string, std::string>> both;
+  for (const auto& [a, b] : list) both.emplace(a, b), both.emplace(b, a);
+  return both;
+}
+
+std::vector<PairProspect> ListCandidates(const std::vector<Station>& stations,
+                                         const PairSpec& spec) {
+  const auto included = BothWays(spec.include);
+  const auto excluded = BothWays(spec.exclude);
+  std::vector<PairProspect> candidates;
+  for (std::size_t t = 0; t < stations.size(); ++t) {
+    for (std::size_t s = t + 1; s < stations.size(); ++s) {
+      const Station& source = stations[s];
+      const Station& target = stations[t];
+      if (!source.usable() || !target.usable()) continue;
+      PairProspect candidate;
+      candidate.source = static_cast<int>(s);
+      candidate.target = static_cast<int>(t);
+      candidate.required = included.contains({source.spec.id, target.spec.id});
+      candidate.excluded = excluded.contains({source.spec.id, target.spec.id});
+      candidate.too_far = source.spec.prior && target.spec.prior &&
+                          ArePriorsTooFar(*source.spec.prior, *target.spec.prior,
+                                          std::max(source.record.extent_m, target.record.extent_m));
+      candidates.push_back(candidate);
+    }
+  }
+  return candidates;
+}
+
+std::vector<RankedStation> RankedStations(const std::vector<Station>& stations) {
+  std::vector<RankedStation> ranked(stations.size());
+  for (std::size_t s = 0; s < stations.size(); ++s) {
+    const Station& station = stations[s];
+    if (!station.usable()) continue;
+    ranked[s] = {&station.model, &station.features, station.spec.levelled, station.record.extent_m,
+                 station.spec.prior};
+  }
+  return ranked;
+}
+
+/// Rejects the motions that the priors of both stations rule out.
+void CheckPriors(const std::vector<Station>& stations, Pair* pair) {
+  const Station& source = stations[At(pair->source)];
+  const Station& target = stations[At(pair->target)];
+  if (!source.spec.prior || !target.spec.prior) return;
+  for (PairCandidate& candidate : pair->candidates) {
+    if (candidate.verification.verdict == Verdict::kRejected) continue;
+    const RigidTransform motion = target.model.StationFromInstrument() *
+                                  candidate.fine.target_from_source *
+                                  source.model.StationFromInstrument().Inverse();
+    if (ContradictsPriors(*source.spec.prior, *target.spec.prior, motion,
+                          target.model.resolution_m())) {
+      candidate.verification.verdict = Verdict::kRejected;
+      candidate.verification.reason = VerificationResult::Reason::kContradictsPrior;
+    }
+  }
+}
+
+/// The state of one discovery.
+class Discovery {
+ public:
+  Discovery(const std::vector<Station>& stations, const PairSpec& spec,
+            const SurveyOptions& options, const ExecutionContext& context)
+      : stations_(stations),
+        options_(options),
+        context_(context),
+        candidates_(ListCandidates(stations, spec)),
+        pairs_(candidates_.size()),
+        predicted_with_(candidates_.size()) {
+    for (std::size_t i = 0; i < candidates_.size(); ++i) {
+      pairs_[i].source = candidates_[i].source;
+      pairs_[i].target = candidates_[i].target;
+    }
+  }
+
+  PairDiscovery Run() {
+    const auto usable = static_cast<int>(std::count_if(
+        stations_.begin(), stations_.end(), [](const Station& s) { return s.usable(); }));
+    const bool growing = !IsExhaustive(usable, options_.pair_selection);
+    if (growing) {
+      RankPairs(RankedStations(stations_), options_.pair_ranking, context_, &candidates_);
+      occupancy_.resize(stations_.size());
+      context_.ParallelFor(stations_.size(), [&](std::size_t s) {
+        if (stations_[s].usable()) occupancy_[s].emplace_back(stations_[s].model);
+      });
+    }
+    while (true) {
+      context_.CheckStop();
+      if (growing) PredictOverlaps();
+      const PairBatch batch =
+          NextPairs(static_cast<int>(stations_.size()), candidates_, options_.pair_selection);
+      if (batch.pairs.empty()) break;
+      Register(batch);
+    }
+    return Summarize();
+  }
+
+ private:
+  SpanningForest InterimPoses() const {
+    std::vector<PoseGraphLink> links;
+    for (const Pair& pair : pairs_) {
+      if (!pair.accepted()) continue;
+      const PairCandidate& best = *pair.best();
+      links.push_back({.source = pair.source,
+                       .target = pair.target,
+                       .target_from_source = best.fine.target_from_source,
+                       .confidence = LinkConfidence(best)});
+    }
+    return BuildSpanningForest(static_cast<int>(stations_.size()), links, {});
+  }
+
+  RigidTransform Relative(std::size_t i) const {
+    return forest_.survey_from_station[At(candidates_[i].target)].Inverse() *
+           forest_.survey_from_station[At(candidates_[i].source)];
+  }
+
+  /// Only pairs whose stations have moved against each other are looked at again.
+  void PredictOverlaps() {
+    forest_ = InterimPoses();
+    context_.ParallelFor(
+        candidates_.size(),
+        [&](std::size_t i) {
+          PairProspect& candidate = candidates_[i];
+          const auto [s, t] = std::pair(At(candidate.source), At(candidate.target));
+          if (forest_.component[s] != forest_.component[t]) {
+            candidate.predicted_overlap.reset();
+            predicted_with_[i].reset();
+            return;
+          }
+          const RigidTransform motion = Relative(i);
+          const double l = stations_[t].model.resolution_m();
+          const auto& before = predicted_with_[i];
+          if (before && (motion.translation - before->translation).norm() < l &&
+              RotationAngle(motion.rotation, before->rotation) < 0.005) {
+            return;
+          }
+          predicted_with_[i] = motion;
+          const double reach_m = stations_[s].record.extent_m + stations_[t].record.extent_m;
+          candidate.predicted_overlap =
+              motion.translation.norm() > reach_m
+                  ? 0.0
+                  : PredictOverlap(occupancy_[s].front(), occupancy_[t].front(), motion);
+        },
+        /*grain=*/64);
+  }
+
+  void Register(const PairBatch& batch) {
+    const bool full = batch.method == PairMethod::kFull;
+    std::atomic<std::size_t> done = tried_;
+    const std::size_t total = tried_ + batch.pairs.size();
+    context_.Progress("pairs", tried_, total);
+    std::vector<Pair> results(batch.pairs.size());
+    context_.ParallelFor(batch.pairs.size(), [&](std::size_t k) {
+      const std::size_t i = batch.pairs[k];
+      results[k].source = candidates_[i].source;
+      results[k].target = candidates_[i].target;
+      if (full) {
+        RegisterPair(stations_, options_, context_, &results[k]);
+      } else {
+        RegisterPairFrom(stations_, options_, context_, Relative(i), &results[k]);
+      }
+      CheckPriors(stations_, &results[k]);
+      context_.Progress("pairs", ++done, total);
+    });
+    for (std::size_t k = 0; k < batch.pairs.size(); ++k) {
+      const std::size_t i = batch.pairs[k];
+      PairProspect& candidate = candidates_[i];
+      // A failed prediction does not wipe out what the full registration found, nor the reverse,
+      // unless it was accepted.
+      const bool first = !candidate.tried_full && !candidate.tried_predicted;
+      (full ? candidate.tried_full : candidate.tried_predicted) = true;
+      candidate.accepted = results[k].accepted();
+      if (first || candidate.accepted || full) pairs_[i] = std::move(results[k]);
+    }
+    tried_ = total;
+    (full ? full_ : predicted_) += static_cast<int>(batch.pairs.size());
+    context_.Debug(fmt::format("pairs: {} {} tried", batch.pairs.size(),
+                               full ? "full registrations" : "predicted"));
+  }
+
+  PairDiscovery Summarize() {
+    PairDiscovery found;
+    found.full = full_;
+    found.predicted = predicted_;
+    int accepted = 0;
+    std::map<std::string, int> reasons;
+    for (std::size_t i = 0; i < candidates_.size(); ++i) {
+      const PairProspect& candidate = candidates_[i];
+      const std::string reason = SkipReason(candidate, options_.pair_selection);
+      accepted += candidate.accepted ? 1 : 0;
+      if (reason.empty()) {
+        found.pairs.push_back(std::move(pairs_[i]));
+      } else {
+        ++reasons[reason];
+        found.skipped.push_back({candidate.source, candidate.target, reason});
+      }
+    }
+    const LinkStructure structure =
+        FindLinkStructure(static_cast<int>(stations_.size()), candidates_);
+    std::set<int> components;
+    for (std::size_t s = 0; s < stations_.size(); ++s) {
+      if (stations_[s].usable()) components.insert(structure.component[s]);
+    }
+    found.components = static_cast<int>(components.size());
+    std::string skipped;
+    for (const auto& [reason, count] : reasons) {
+      skipped += fmt::format("{}{} {}", skipped.empty() ? "" : ", ", count, reason);
+    }
+    context_.Info(fmt::format(
+        "pairs: {} candidates, {} registered fully, {} from predicted poses, {} accepted, {} "
+        "skipped{}; {} component(s)",
+        candidates_.size(), full_, predicted_, accepted, found.skipped.size(),
+        skipped.empty() ? "" : " (" + skipped + ")", found.components));
+    return found;
+  }
+
+  const std::vector<Station>& stations_;
+  const SurveyOptions& options_;
+  const ExecutionContext& context_;
+  std::vector<PairProspect> candidates_;
+  std::vector<Pair> pairs_;  // by candidate; the last attempt worth keeping
+  std::vector<std::optional<RigidTransform>> predicted_with_;
+  std::vector<std::vector<CoarseOccupancy>> occupancy_;  // by station, one where usable
+  SpanningForest forest_;
+  std::size_t tried_ = 0;
+  int full_ = 0;
+  int predicted_ = 0;
+};
+
+}  // namespace
+
+PairDiscovery DiscoverPairs(const std::vector<Station>& stations, const PairSpec& spec,
+                            const SurveyOptions& options, const ExecutionContext& context) {
+  return Discovery(stations, spec, options, context).Run();
+}
+
+}  // namespace backsight

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "pipeline/pair_pipeline.h"
+
+namespace backsight {
+
+/// A pair that was not tried, and why (a reason code of links.csv).
+struct SkippedPair {
+  int source = 0;
+  int target = 0;
+  std::string reason;
+};
+
+struct PairDiscovery {
+  std::vector<Pair> pairs;           ///< tried, by target, then source
+  std::vector<SkippedPair> skipped;  ///< in the same order
+  int full = 0;                      ///< full registrations
+  int predicted = 0;                 ///< fine registrations from a predicted pose
+  int components = 0;                ///< of usable stations, by the accepted pairs
+};
+
+/// Finds the pairs of a campaign and registers them (docs/stages/pair_selection.md): all of them
+/// where the stations are few, otherwise the most similar ones until the network is connected and
+/// controlled, then those that its poses predict. `spec.include` pairs are tried in any case,
+/// `spec.exclude` never. Accepted motions that contradict the stations' priors become rejected.
+/// The same pairs in the same order for any number of threads.
+PairDiscovery DiscoverPairs(const std::vector<Station>& stations, const PairSpec& spec,
+                            const SurveyOptions& options, const ExecutionContext& context);
+
+}  // namespace backsight

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/option_visitor.h"
+
+namespace backsight {
+
+struct PairSelectionOptions {
+  enum Strategy { kAuto, kExhaustive, kGrow };
+  int strategy = kAuto;
+  int exhaustive_stations = 12;    ///< auto: up to so many stations every pair is registered
+  int full_per_station = 8;        ///< full registrations allowed, times the number of stations
+  int links_per_station = 3;       ///< accepted links wanted at least
+  int max_links_per_station = 10;  ///< beyond this, predicted pairs are redundant
+  double predicted_overlap = 0.2;  ///< least predicted overlap of a pair worth a fine registration
+  bool until_connected = false;  ///< spend any number of registrations while components stay apart
+};
+void VisitOptions(OptionVisitor& visitor, PairSelectionOptions& options);
+
+/// What is known of a pair of usable stations.
+struct PairProspect {
+  int source = 0;
+  int target = 0;
+  bool required = false;    ///< the user wants it tried
+  bool excluded = false;    ///< the user forbids it
+  bool too_far = false;     ///< priors place the stations too far apart
+  double similarity = 0.0;  ///< larger: more likely to overlap; any scale
+  /// From the current poses; absent where they do not say (not in one component).
+  std::optional<double> predicted_overlap;
+  bool tried_full = false;
+  bool tried_predicted = false;
+  bool accepted = false;
+};
+
+enum class PairMethod {
+  kFull,       ///< matching, coarse and fine registration: dear
+  kPredicted,  ///< fine registration alone, from the pose that the network predicts: cheap
+};
+
+/// The pairs to be registered next; none: done. Indices into the candidates, no order.
+struct PairBatch {
+  PairMethod method = PairMethod::kFull;
+  std::vector<std::size_t> pairs;
+};
+
+/// What to register next, given what is known; a pure function. Stations without a candidate (such
+/// as unreadable ones) play no part. In this order, the first that has something to do:
+///   1. required pairs, fully;
+///   2. exhaustive (by option, or few stations): all pairs, fully;
+///   3. while components are apart: every component but the largest proposes the most similar pairs
+///      that leave it, for each station until it has been in full_per_station - 2 registrations;
+///   4. pairs within a component that the poses predict to overlap, by prediction, until both ends
+///      have max_links_per_station links; stations with fewer than links_per_station are content
+///      with half of the overlap;
+///   5. parts that hang by a single link (2-edge-connected blocks): each but the largest proposes
+///      full registrations to the others, so that every station comes onto a loop; at most four
+///      registrations per station;
+///   6. components still apart: the most similar pairs between them, until full_per_station * n
+///      registrations are spent (until_connected: until no pair is left).
+/// No pair is registered twice by the same method; one that failed fully may be predicted, and the
+/// reverse. Full registrations beyond the required ones never exceed full_per_station * n unless
+/// exhaustive or until_connected. Ties go to the lower index. Time O(pairs log pairs).
+PairBatch NextPairs(int stations, std::span<const PairProspect> candidates,
+                    const PairSelectionOptions& options);
+
+/// True if every pair is registered fully.
+bool IsExhaustive(int stations, const PairSelectionOptions& options);
+
+/// Why a candidate was never tried, as a reason code of links.csv: excluded, prior_too_far,
+/// redundant (predicted to overlap, but both ends have links enough), no_overlap (the poses predict
+/// too little of it), not_similar (its stations stay apart, and others were more alike). Empty
+/// where it was tried.
+std::string SkipReason(const PairProspect& candidate, const PairSelectionOptions& options);
+
+/// What hangs together by accepted links. Stations are numbered anew, in order of their first
+/// station.
+struct LinkStructure {
+  std::vector<int> component;
+  std::vector<int> block;  ///< 2-edge-connected: within a block any one link may fall
+  std::vector<int> links;  ///< accepted links per station
+};
+LinkStructure FindLinkStructure(int stations, std::span<const PairProspect> candidates);
+
+}  // namespace backsight

@@ -1,0 +1,172 @@
+#include "pipeline/pair_discovery.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "core/random.h"
+#include "pipeline/network_pipeline.h"
+#include "pipeline/run_summary.h"
+#include "stages/features.h"
+#include "tests/support/feature_scene.h"
+
+namespace backsight {
+namespace {
+
+/// Bends floor and walls, so that no motion lays them on those of a plain yard.
+StationModel Bent(const StationModel& yard) {
+  std::vector<Eigen::Vector3d> points;
+  for (const VoxelLeaf& leaf : yard.leaves) {
+    const Eigen::Vector3d& p = leaf.cluster.mean;
+    points.emplace_back(p.x() + 0.5 * std::sin(1.7 * p.z() + 1.1 * p.y()),
+                        p.y() + 0.5 * std::sin(1.9 * p.z() + 1.4 * p.x()),
+                        p.z() + 0.6 * std::sin(1.3 * p.x()) * std::sin(1.6 * p.y()));
+  }
+  return MakeStation(points, yard.resolution_m());
+}
+
+/// Looks at two yards that have nothing in common: stations 0 to `first` - 1 at one, the others at
+/// the other; each look is turned and shifted, with the voxels falling anew.
+struct Yards {
+  std::vector<Station> stations;
+  std::vector<RigidTransform> yard_from_station;
+
+  Yards(int first, int second) {
+    Random random(77);
+    const std::vector<StationModel> yards = {MakeYardStation(31, 1.0),
+                                             Bent(MakeYardStation(32, 1.0))};
+    for (int s = 0; s < first + second; ++s) {
+      const StationModel& yard = yards[s < first ? 0 : 1];
+      const RigidTransform pose{ExpSo3({0.0, 0.0, random.Uniform(-3.0, 3.0)}),
+                                {random.Uniform(-2.0, 2.0), random.Uniform(-2.0, 2.0), 0.03 * s}};
+      std::vector<Eigen::Vector3d> points;
+      const RigidTransform inverse = pose.Inverse();
+      for (const VoxelLeaf& leaf : yard.leaves) points.push_back(inverse * leaf.cluster.mean);
+      Station& station = stations.emplace_back();
+      station.spec.id = "S" + std::to_string(s + 1);
+      station.model = MakeStation(points, yard.resolution_m());
+      station.model.range_image = RangeImage(Eigen::Vector3d::Zero(), 2.0);
+      station.features = ComputeFeatures(station.model, {}, ExecutionContext(1));
+      station.features.scanner_credible = false;  // the points were not seen from here
+      station.record.extent_m = 8.0;
+      yard_from_station.push_back(pose);
+    }
+  }
+
+  double Error(const Pair& pair) const {
+    const auto pose = [&](int s) { return yard_from_station[static_cast<std::size_t>(s)]; };
+    const RigidTransform truth = pose(pair.target).Inverse() * pose(pair.source);
+    return (truth.translation - pair.fine.target_from_source.translation).norm() +
+           RotationAngle(truth.rotation, pair.fine.target_from_source.rotation);
+  }
+};
+
+SurveyOptions Growing() {
+  SurveyOptions options;
+  options.pair_selection.strategy = PairSelectionOptions::kGrow;
+  return options;
+}
+
+std::vector<std::string> Reasons(const PairDiscovery& discovery) {
+  std::vector<std::string> reasons;
+  for (const SkippedPair& pair : discovery.skipped) reasons.push_back(pair.reason);
+  return reasons;
+}
+
+TEST(PairDiscovery, FewStationsAreTriedPairByPair) {
+  const Yards yards(3, 0);
+  const PairDiscovery found = DiscoverPairs(yards.stations, {}, {}, ExecutionContext(1));
+  ASSERT_EQ(found.pairs.size(), 3U);
+  EXPECT_EQ(found.full, 3);
+  EXPECT_EQ(found.predicted, 0);
+  EXPECT_EQ(found.components, 1);
+  for (const Pair& pair : found.pairs) {
+    EXPECT_TRUE(pair.accepted());
+    EXPECT_LT(yards.Error(pair), 0.01);
+  }
+}
+
+TEST(PairDiscovery, GrowingLinksWhatBelongsTogetherAndPredictsTheRest) {
+  const Yards yards(6, 2);
+  const PairDiscovery found = DiscoverPairs(yards.stations, {}, Growing(), ExecutionContext(1));
+  EXPECT_EQ(found.components, 2);
+  EXPECT_GT(found.predicted, 0);
+  int accepted = 0;
+  for (const Pair& pair : found.pairs) {
+    if (!pair.accepted()) continue;
+    ++accepted;
+    EXPECT_EQ(pair.source < 6, pair.target < 6);
+    EXPECT_LT(yards.Error(pair), 0.1) << pair.source << " " << pair.target;
+  }
+  EXPECT_EQ(accepted, 15 + 1) << "all pairs within each yard overlap";
+  EXPECT_EQ(found.pairs.size() + found.skipped.size(), 28U);
+}
+
+TEST(PairDiscovery, TheSamePairsForAnyNumberOfThreads) {
+  const Yards yards(5, 2);
+  const PairDiscovery one = DiscoverPairs(yards.stations, {}, Growing(), ExecutionContext(1));
+  const PairDiscovery four = DiscoverPairs(yards.stations, {}, Growing(), ExecutionContext(4));
+  ASSERT_EQ(one.pairs.size(), four.pairs.size());
+  for (std::size_t i = 0; i < one.pairs.size(); ++i) {
+    EXPECT_EQ(one.pairs[i].source, four.pairs[i].source);
+    EXPECT_EQ(one.pairs[i].target, four.pairs[i].target);
+    EXPECT_EQ(one.pairs[i].fine.target_from_source.Matrix(),
+              four.pairs[i].fine.target_from_source.Matrix());
+  }
+  EXPECT_EQ(Reasons(one), Reasons(four));
+}
+
+TEST(PairDiscovery, ExcludedPairsAreSkippedAndIncludedOnesTried) {
+  const Yards yards(3, 1);
+  PairSpec spec;
+  spec.exclude = {{"S1", "S2"}};
+  spec.include = {{"S4", "S1"}};
+  const PairDiscovery found = DiscoverPairs(yards.stations, spec, Growing(), ExecutionContext(1));
+  ASSERT_FALSE(found.skipped.empty());
+  EXPECT_EQ(found.skipped[0].reason, "excluded");
+  EXPECT_EQ(found.skipped[0].source, 1);
+  EXPECT_EQ(found.skipped[0].target, 0);
+  EXPECT_TRUE(std::any_of(found.pairs.begin(), found.pairs.end(), [](const Pair& pair) {
+    return pair.source == 3 && pair.target == 0 && !pair.accepted();
+  }));
+}
+
+TEST(PairDiscovery, PriorsKeepStationsApartAndRejectWhatContradictsThem) {
+  Yards yards(3, 0);
+  for (std::size_t s = 0; s < 3; ++s) {
+    yards.stations[s].spec.prior = StationPrior{yards.yard_from_station[s], 0.2, 2.0};
+  }
+  EXPECT_EQ(DiscoverPairs(yards.stations, {}, {}, ExecutionContext(1)).components, 1);
+
+  StationPrior& third = *yards.stations[2].spec.prior;
+  third.survey_from_station.translation += Eigen::Vector3d(5.0, 0.0, 0.0);
+  const PairDiscovery wrong = DiscoverPairs(yards.stations, {}, {}, ExecutionContext(1));
+  EXPECT_EQ(wrong.components, 2);
+  for (const Pair& pair : wrong.pairs) {
+    EXPECT_EQ(ToString(pair.verification.reason), pair.source == 2 ? "contradicts_prior" : "");
+  }
+
+  third.survey_from_station.translation += Eigen::Vector3d(50.0, 0.0, 0.0);
+  const PairDiscovery far = DiscoverPairs(yards.stations, {}, {}, ExecutionContext(1));
+  EXPECT_EQ(Reasons(far), (std::vector<std::string>{"prior_too_far", "prior_too_far"}));
+}
+
+TEST(PairDiscovery, EveryPairReachesTheRecords) {
+  Yards yards(2, 2);
+  yards.stations[3].fault = "cannot be read";
+  SurveyProject project;
+  project.pairs.exclude = {{"S1", "S3"}};
+  const PairDiscovery found = DiscoverPairs(yards.stations, project.pairs, {}, ExecutionContext(1));
+  const Network network = BuildNetwork(yards.stations, found.pairs, {});
+  const RunRecord run = SummarizeRun(project, yards.stations, found, network, {});
+  ASSERT_EQ(run.links.size(), 3U);
+  EXPECT_EQ(run.links[2].status, LinkStatus::kSkipped);
+  EXPECT_EQ(run.links[2].source, "S3");
+  EXPECT_EQ(run.links[2].reason, "excluded");
+}
+
+}  // namespace
+}  // namespace backsight

@@ -1,0 +1,236 @@
+#include "stages/pair_selection.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "core/random.h"
+
+namespace backsight {
+namespace {
+
+std::size_t At(int index) { return static_cast<std::size_t>(index); }
+
+/// Stations at random places of a square; pairs closer than 1 can be registered. The ranking sees
+/// the distance through noise.
+struct World {
+  std::vector<Eigen::Vector2d> places;
+  std::vector<PairProspect> candidates;
+  std::vector<char> detectable;
+  int full = 0;
+  int predicted = 0;
+  bool twice = false;
+  std::vector<std::size_t> order;  ///< of all registrations
+
+  double Distance(const PairProspect& pair) const {
+    return (places[At(pair.source)] - places[At(pair.target)]).norm();
+  }
+  int stations() const { return static_cast<int>(places.size()); }
+};
+
+/// `mean_neighbors` within reach of a station; full registrations of reachable pairs succeed with
+/// probability `success`.
+World MakeWorld(std::uint64_t seed, int stations, double mean_neighbors, double noise,
+                double success) {
+  Random random(seed);
+  World world;
+  const double edge = std::sqrt(stations * 3.14159 / mean_neighbors);
+  for (int s = 0; s < stations; ++s) {
+    world.places.emplace_back(random.Uniform(0.0, edge), random.Uniform(0.0, edge));
+  }
+  for (int t = 0; t < stations; ++t) {
+    for (int s = t + 1; s < stations; ++s) {
+      PairProspect pair;
+      pair.source = s, pair.target = t;
+      pair.similarity = -world.Distance(pair) + noise * random.Normal();
+      world.candidates.push_back(pair);
+      world.detectable.push_back(world.Distance(pair) < 1.0 && random.Uniform() < success ? 1 : 0);
+    }
+  }
+  return world;
+}
+
+/// Components of the graph of detectable, allowed pairs.
+std::vector<int> TrueComponents(const World& world) {
+  std::vector<PairProspect> truth = world.candidates;
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    truth[i].accepted =
+        world.detectable[i] != 0 && !truth[i].excluded && (!truth[i].too_far || truth[i].required);
+  }
+  return FindLinkStructure(world.stations(), truth).component;
+}
+
+/// Registers what is asked for until nothing is; predictions come from the true places.
+void Play(const PairSelectionOptions& options, World* world) {
+  while (true) {
+    const LinkStructure structure = FindLinkStructure(world->stations(), world->candidates);
+    for (PairProspect& pair : world->candidates) {
+      pair.predicted_overlap.reset();
+      if (structure.component[At(pair.source)] != structure.component[At(pair.target)]) continue;
+      pair.predicted_overlap = std::max(0.0, 1.0 - 0.8 * world->Distance(pair));
+    }
+    const PairBatch batch = NextPairs(world->stations(), world->candidates, options);
+    if (batch.pairs.empty()) return;
+    for (const std::size_t i : batch.pairs) {
+      PairProspect& pair = world->candidates.at(i);
+      const bool full = batch.method == PairMethod::kFull;
+      bool& tried = full ? pair.tried_full : pair.tried_predicted;
+      world->twice = world->twice || tried || pair.accepted;
+      tried = true;
+      pair.accepted = full ? world->detectable[i] != 0 : world->Distance(pair) < 1.0;
+      (full ? world->full : world->predicted) += 1;
+      world->order.push_back(i);
+    }
+  }
+}
+
+TEST(PairSelection, ConnectsWhateverCanBeConnectedWithAFewRegistrationsPerStation) {
+  for (const int stations : {13, 30, 60, 120, 200}) {
+    for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+      World world = MakeWorld(seed, stations, 9.0, 0.3, 0.8);
+      Play({}, &world);
+      const LinkStructure found = FindLinkStructure(stations, world.candidates);
+      EXPECT_EQ(found.component, TrueComponents(world)) << stations << " stations, seed " << seed;
+      EXPECT_LE(world.full, 8 * stations);
+      EXPECT_LE(world.predicted, 10 * stations) << "grows like n";
+      EXPECT_FALSE(world.twice);
+    }
+  }
+}
+
+TEST(PairSelection, FiveHundredStationsConnectWithinTheBudget) {
+  World world = MakeWorld(5, 500, 12.0, 0.5, 0.7);
+  Play({}, &world);
+  EXPECT_EQ(FindLinkStructure(500, world.candidates).component, TrueComponents(world));
+  EXPECT_LE(world.full, 8 * 500);
+}
+
+TEST(PairSelection, SmallCampaignsRegisterEveryPairOnce) {
+  for (int stations = 2; stations <= 12; ++stations) {
+    World world = MakeWorld(3, stations, 4.0, 0.3, 0.8);
+    Play({}, &world);
+    EXPECT_EQ(world.full, stations * (stations - 1) / 2);
+    EXPECT_EQ(world.predicted, 0);
+    EXPECT_FALSE(world.twice);
+  }
+}
+
+TEST(PairSelection, AUselessRankingNeverBreaksTheBudgetAndLeavesReasons) {
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    World world = MakeWorld(seed, 80, 8.0, /*noise=*/1000.0, 0.8);
+    Play({}, &world);
+    EXPECT_LE(world.full, 8 * 80);
+    for (const PairProspect& pair : world.candidates) {
+      EXPECT_EQ(SkipReason(pair, {}).empty(), pair.tried_full || pair.tried_predicted);
+    }
+  }
+}
+
+TEST(PairSelection, UntilConnectedGoesOnToTheLastPair) {
+  World world = MakeWorld(2, 60, 8.0, /*noise=*/1000.0, 0.5);
+  PairSelectionOptions options;
+  options.until_connected = true;
+  Play(options, &world);
+  EXPECT_EQ(FindLinkStructure(60, world.candidates).component, TrueComponents(world));
+}
+
+TEST(PairSelection, TwoGroupsWithoutCommonViewStayApartWithinTheBudget) {
+  World world = MakeWorld(7, 60, 10.0, 0.3, 0.9);
+  for (std::size_t i = 0; i < world.candidates.size(); ++i) {
+    const PairProspect& pair = world.candidates[i];
+    if ((pair.source < 30) != (pair.target < 30)) world.detectable[i] = 0;
+  }
+  Play({}, &world);
+  EXPECT_EQ(FindLinkStructure(60, world.candidates).component, TrueComponents(world));
+  EXPECT_LE(world.full, 8 * 60);
+}
+
+TEST(PairSelection, EveryStationThatCanComesOntoALoopWithThreeLinks) {
+  World world = MakeWorld(11, 100, 12.0, 0.3, 0.9);
+  Play({}, &world);
+  const LinkStructure found = FindLinkStructure(100, world.candidates);
+  std::vector<int> reachable(100, 0);
+  for (const PairProspect& pair : world.candidates) {
+    if (world.Distance(pair) < 0.85) ++reachable[At(pair.source)], ++reachable[At(pair.target)];
+  }
+  std::vector<int> block_size(100, 0);
+  for (const int block : found.block) ++block_size[At(block)];
+  for (int s = 0; s < 100; ++s) {
+    if (reachable[At(s)] < 3) continue;
+    EXPECT_GE(found.links[At(s)], 3) << s;
+    EXPECT_GT(block_size[At(found.block[At(s)])], 1) << s;
+  }
+}
+
+TEST(PairSelection, ExcludedPairsAreNeverTriedRequiredOnesAlwaysAndFirst) {
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    World world = MakeWorld(seed, 40, 9.0, 0.3, 0.8);
+    Random random(seed);
+    std::size_t required = 0;
+    for (PairProspect& pair : world.candidates) {
+      const double draw = random.Uniform();
+      pair.excluded = draw < 0.1;
+      pair.required = draw > 0.98;
+      pair.too_far = random.Uniform() < 0.2;
+      required += pair.required ? 1 : 0;
+    }
+    Play({}, &world);
+    for (std::size_t i = 0; i < world.candidates.size(); ++i) {
+      const PairProspect& pair = world.candidates[i];
+      if (pair.excluded || (pair.too_far && !pair.required)) {
+        EXPECT_FALSE(pair.tried_full || pair.tried_predicted);
+        EXPECT_EQ(SkipReason(pair, {}), pair.excluded ? "excluded" : "prior_too_far");
+      }
+      EXPECT_TRUE(pair.tried_full || !pair.required);
+    }
+    for (std::size_t k = 0; k < required; ++k) {
+      EXPECT_TRUE(world.candidates[world.order[k]].required);
+    }
+    EXPECT_FALSE(world.twice);
+  }
+}
+
+TEST(PairSelection, EqualKnowledgeGivesEqualPairs) {
+  World a = MakeWorld(9, 70, 9.0, 0.3, 0.8);
+  World b = a;
+  Play({}, &a);
+  Play({}, &b);
+  EXPECT_EQ(a.order, b.order);
+}
+
+TEST(PairSelection, StationsWithoutCandidatesPlayNoPart) {
+  World world = MakeWorld(4, 40, 9.0, 0.3, 0.8);
+  std::erase_if(world.candidates,
+                [](const PairProspect& pair) { return pair.source == 39 || pair.target == 39; });
+  world.detectable.assign(world.candidates.size(), 0);
+  Play({}, &world);
+  EXPECT_EQ(world.full, std::min<int>(8 * 39, 39 * 38 / 2));
+}
+
+TEST(LinkStructure, BlocksAreWhatSurvivesTheLossOfAnyLink) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    Random random(seed);
+    World world = MakeWorld(seed, 14, 4.0, 0.0, 1.0);
+    for (std::size_t i = 0; i < world.candidates.size(); ++i) {
+      world.candidates[i].accepted = random.Uniform() < 0.12;
+    }
+    const LinkStructure structure = FindLinkStructure(14, world.candidates);
+    for (const PairProspect& asked : world.candidates) {
+      bool together =
+          structure.component[At(asked.source)] == structure.component[At(asked.target)];
+      for (std::size_t lost = 0; lost < world.candidates.size(); ++lost) {
+        if (!world.candidates[lost].accepted) continue;
+        std::vector<PairProspect> rest = world.candidates;
+        rest[lost].accepted = false;
+        const auto component = FindLinkStructure(14, rest).component;
+        together = together && component[At(asked.source)] == component[At(asked.target)];
+      }
+      EXPECT_EQ(structure.block[At(asked.source)] == structure.block[At(asked.target)], together);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace backsight
