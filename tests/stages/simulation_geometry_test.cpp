@@ -7,6 +7,7 @@
 #include "stages/simulation/ground_model.h"
 #include "stages/simulation/outdoor_geometry.h"
 #include "stages/simulation/ray_caster.h"
+#include "stages/simulation/tree_geometry.h"
 #include "stages/simulation/triangle_mesh.h"
 
 namespace backsight {

@@ -76,8 +76,10 @@ TEST(Tree, StemsAreIrregularTaperAndDiffer) {
 
 TEST(TriangleMesh, TrianglesWithinHoldAllThatIsNear) {
   TriangleMesh mesh;
-  const GroundModel ground(Ground{.size_m = 200.0}, 3);
-  AddGround(Ground{.size_m = 200.0}, ground, AddMaterial({}, mesh), 0, mesh);
+  Ground wide;
+  wide.size_m = 200.0;
+  const GroundModel ground(wide, 3);
+  AddGround(wide, ground, AddMaterial({}, mesh), 0, mesh);
   Random random(5);
   for (int i = 0; i < 12; ++i) {
     const double x = random.Uniform(-90.0, 90.0);
