@@ -49,6 +49,10 @@ struct PairClouds {
     const auto conflict = [&](const RatioEstimate& c) {
       return std::max(0.0, c.value - lenience * c.sigma);
     };
+    // Clouds that do not meet cannot contradict each other either: worse than any rough fit.
+    constexpr double kLeastAgreement = 0.02;
+    constexpr double kNowhere = -10.0;
+    if (there.score + back.score < 2.0 * kLeastAgreement) return kNowhere;
     return 0.5 * (there.score + back.score -
                   kConflictWeight * (conflict(there.conflict) + conflict(back.conflict)));
   }

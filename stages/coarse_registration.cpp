@@ -156,8 +156,8 @@ MotionPool CollectMotions(const CoarseInput& input, const CoarseOptions& options
   return pool;
 }
 
-/// The best few, improved by the clouds and scored on more of them. Only the first may be
-/// worthless.
+/// The best few, improved by the clouds and scored on more of them; all but the first two must be
+/// worth something before.
 MotionPool ImproveByClouds(const CoarseInput& input, const MotionPool& pool, std::size_t count) {
   const Correspondences& c = input.correspondences;
   const double limit_m = 3.0 * input.resolution_m;
@@ -166,9 +166,10 @@ MotionPool ImproveByClouds(const CoarseInput& input, const MotionPool& pool, std
       input.full_cloud_score ? input.full_cloud_score : [&c, limit_m](const RigidTransform& m) {
         return Score(c, m, limit_m);
       });
+  constexpr std::size_t kRough = 2;  // these may look bad before they are improved
   for (std::size_t i = 0; i < std::min(count, pool.list().size()); ++i) {
     const ScoredMotion& entry = pool.list()[i];
-    if (i > 0 && entry.score <= 0.0) break;
+    if (i >= kRough && entry.score <= 0.0) break;
     improved.Add(input.cloud_refine ? input.cloud_refine(entry.motion) : entry.motion);
   }
   return improved;
