@@ -201,23 +201,26 @@ Misclosure CloseLoop(std::span<const PoseGraphLink> links, std::span<const Matri
   return result;
 }
 
-double EstimateFactorOfLoops(const std::vector<double>& squared_errors,
-                             const CycleOptions& options) {
-  if (squared_errors.empty()) return 1.0;
-  const auto clamp = [&](double factor) { return std::clamp(factor, 1.0, options.largest_factor); };
-  double factor = clamp(Quantile(squared_errors, 0.1) / kTenthOfChiSquared6);
+VarianceScale EstimateScale(const std::vector<double>& squared_errors,
+                            const CycleOptions& options) {
+  VarianceScale scale;
+  scale.largest = squared_errors.size() >= options.many ? options.largest_factor_of_many
+                                                        : options.largest_factor;
+  if (squared_errors.empty()) return scale;
+  const auto clamp = [&](double factor) { return std::clamp(factor, 1.0, scale.largest); };
+  scale.factor = clamp(Quantile(squared_errors, 0.1) / kTenthOfChiSquared6);
   constexpr int kMaxRounds = 20;
   for (int round = 0; round < kMaxRounds; ++round) {
     std::vector<double> fitting;
     for (const double e : squared_errors) {
-      if (e <= options.limit * factor) fitting.push_back(e);
+      if (e <= options.limit * scale.factor) fitting.push_back(e);
     }
     if (fitting.empty()) break;
     const double next = clamp(Quantile(fitting, 0.5) / kMedianOfChiSquared6);
-    if (next == factor) break;
-    factor = next;
+    if (next == scale.factor) break;
+    scale.factor = next;
   }
-  return factor;
+  return scale;
 }
 
 CycleStatistics CheckCycles(int stations, std::span<const PoseGraphLink> links,
@@ -225,8 +228,8 @@ CycleStatistics CheckCycles(int stations, std::span<const PoseGraphLink> links,
   const CycleFinder finder(stations, links);
   CycleStatistics result;
   result.support.resize(links.size());
-  result.variance_factor = EstimateFactorOfLoops(BestOfEachLoop(finder), options);
-  CountSupport(links, finder, options.limit * result.variance_factor, &result.support);
+  result.scale = EstimateScale(BestOfEachLoop(finder), options);
+  CountSupport(links, finder, options.limit * result.scale.factor, &result.support);
   result.cycles = finder.cycles;
   return result;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <span>
 #include <vector>
 
@@ -43,21 +44,29 @@ struct LinkSupport {
 
 struct CycleOptions {
   double limit = 16.81;  ///< of a cycle's squared error over the variance factor: chi^2_6, 99 %
-  double largest_factor = 25.0;  ///< of the variance; beyond it errors are gross, not noise
+  /// Of the variance; more disagreement is gross error, not noise. Thin real clouds reach 30 (the
+  /// kitchen fragments of 3DMatch). Few loops cannot tell that from falsehood, so it is believed
+  /// only of ten or more: the tenth part that closes best is then a loop at least.
+  double largest_factor = 25.0;
+  double largest_factor_of_many = 100.0;
+  std::size_t many = 10;  ///< loops
 };
+
+/// Scale of the links' covariances.
+struct VarianceScale {
+  double factor = 1.0;   ///< at least 1
+  double largest = 1.0;  ///< that was allowed
+};
+
+/// From the squared errors of loops, true and false: the median of those that fit to the factor,
+/// found upwards from the tenth part that closes best, so that up to about 85 % may be false.
+VarianceScale EstimateScale(const std::vector<double>& squared_errors, const CycleOptions& options);
 
 struct CycleStatistics {
   std::vector<Cycle> cycles;
   std::vector<LinkSupport> support;  ///< per link
-  /// Of the links' covariances, from the cycles that close (EstimateFactorOfLoops).
-  double variance_factor = 1.0;
+  VarianceScale scale;
 };
-
-/// Variance factor from squared errors of loops, true and false: the median of those that fit to
-/// it, found upwards from the tenth part that closes best, so that up to about 85 % may be false.
-/// Not below 1, which it is for none, and not above `largest_factor`.
-double EstimateFactorOfLoops(const std::vector<double>& squared_errors,
-                             const CycleOptions& options);
 
 /// All triangles, and for links on no triangle loops of four (at most 100 station loops for each).
 /// Time O(links * links per station), times the number of rivals per pair cubed.

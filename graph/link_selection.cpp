@@ -75,6 +75,11 @@ class Selector {
     dropped_as_[l] = fate;
   }
 
+  double Limit(std::size_t l) const {
+    const bool denied = support_[l].valid == 0 && support_[l].invalid > 0;
+    return denied ? options_.unsupported_limit : options_.outlier_limit;
+  }
+
   bool RivalIsUsed(int l) const {
     return std::any_of(rivals_[Slot(l)].begin(), rivals_[Slot(l)].end(),
                        [&](int k) { return used_[Slot(k)] != 0; });
@@ -102,7 +107,7 @@ class Selector {
     first_contradicted_.assign(links_.size(), 0);
     for (const int l : order) {
       if (used_[Slot(l)] != 0 || RivalIsUsed(l)) continue;
-      if (closing[Slot(l)] <= options_.outlier_limit)
+      if (closing[Slot(l)] <= Limit(Slot(l)))
         used_[Slot(l)] = 1;
       else
         first_contradicted_[Slot(l)] = 1;
@@ -145,14 +150,14 @@ class Selector {
     }
     std::vector<char> fitting(links_.size(), 0);
     for (std::size_t l = 0; l < links_.size(); ++l) {
-      fitting[l] = error[l] <= options_.outlier_limit &&
-                           std::none_of(rivals_[l].begin(), rivals_[l].end(),
-                                        [&](int k) {
-                                          return error[Slot(k)] < error[l] ||
-                                                 (error[Slot(k)] == error[l] && Slot(k) < l);
-                                        })
-                       ? 1
-                       : 0;
+      fitting[l] =
+          error[l] <= Limit(l) && std::none_of(rivals_[l].begin(), rivals_[l].end(),
+                                               [&](int k) {
+                                                 return error[Slot(k)] < error[l] ||
+                                                        (error[Slot(k)] == error[l] && Slot(k) < l);
+                                               })
+              ? 1
+              : 0;
     }
     return fitting;
   }

@@ -33,8 +33,11 @@ struct Ambiguity {
 
 struct SelectionOptions {
   double outlier_limit = 100.0;  ///< squared error beyond which a link contradicts the network
-  double score_noise = 0.02;     ///< standard deviation of a link's score
-  int max_iterations = 100;      ///< of one adjustment
+  /// The same for a link on cycles none of which closes: chi^2, 6 degrees of freedom, 99 %. Long
+  /// tails are granted to those only that something supports.
+  double unsupported_limit = 16.81;
+  double score_noise = 0.02;  ///< standard deviation of a link's score
+  int max_iterations = 100;   ///< of one adjustment
 };
 
 struct LinkSelection {

@@ -15,9 +15,6 @@ namespace {
 /// Squared error beyond which a link is taken as false. Well above chi^2's 99 % (16.81), because
 /// real errors have longer tails than normal ones, and far below that of any false link.
 constexpr double kGrossError = 100.0;
-/// More disagreement than this is no longer noise, but false links.
-constexpr double kLargestVarianceFactor = 25.0;
-
 /// Covariance of a link: what the registration claims, held above the systematic floor.
 Matrix6d LinkCovariance(const NetworkLink& link, const NetworkOptions& options) {
   const double rotation = options.floor_rotation_deg * std::numbers::pi / 180.0;
@@ -107,23 +104,22 @@ LinkSelection UseAll(int stations, std::span<const PoseGraphLink> links) {
 
 /// Where no loop is shorter than five links, a corridor around a block: from the loops that links
 /// close over a spanning forest.
-double FactorOfLongLoops(int stations, std::span<const PoseGraphLink> links) {
+std::vector<double> LongLoopErrors(int stations, std::span<const PoseGraphLink> links) {
   const SpanningForest forest = BuildSpanningForest(stations, links, {});
   std::vector<double> squared;
   for (const double error : TreeLoopErrors(stations, links, forest)) {
     if (error > 0.0 && std::isfinite(error)) squared.push_back(error);
   }
-  return EstimateFactorOfLoops(squared, {.largest_factor = kLargestVarianceFactor});
+  return squared;
 }
 
 /// Selection and adjustment with the links' scale of error re-estimated until the selection stays.
 LinkSelection SolveWithScale(int stations, const NetworkOptions& options,
                              std::vector<PoseGraphLink>* links, NetworkResult* result) {
-  const CycleStatistics cycles =
-      CheckCycles(stations, *links, {.largest_factor = kLargestVarianceFactor});
+  CycleStatistics cycles = CheckCycles(stations, *links, {});
+  if (cycles.cycles.empty()) cycles.scale = EstimateScale(LongLoopErrors(stations, *links), {});
   result->support = cycles.support;
-  double factor = cycles.variance_factor;
-  if (cycles.cycles.empty()) factor = FactorOfLongLoops(stations, *links);
+  double factor = cycles.scale.factor;
   result->cycle_sigma_factor = std::sqrt(factor);
   ScaleInformation(1.0 / factor, links);
   LinkSelection selection;
@@ -136,7 +132,7 @@ LinkSelection SolveWithScale(int stations, const NetworkOptions& options,
                           {.outlier_limit = kGrossError, .score_noise = options.score_noise})
             : UseAll(stations, *links);
     const double wanted = AdjustSelected(*links, selection, &result->poses);
-    const double next = std::clamp(factor * wanted, 1.0, kLargestVarianceFactor);
+    const double next = std::clamp(factor * wanted, 1.0, cycles.scale.largest);
     ScaleInformation(factor / next, links);
     result->poses.cost *= factor / next;
     factor = next;

@@ -151,7 +151,7 @@ TEST(CheckCycles, FalseLinksCloseNoCycle) {
         EXPECT_EQ(cycles.support[l].valid, 0) << seed << " link " << l;
       }
     }
-    EXPECT_LT(cycles.variance_factor, 1.6);
+    EXPECT_LT(cycles.scale.factor, 1.6);
   }
 }
 
@@ -163,7 +163,7 @@ TEST(CheckCycles, VarianceFactorIsThatOfTheErrors) {
       auto network = MakeTown(seed, 40, 8, scale);
       for (PoseGraphLink& link : network.links) link.information *= scale * scale;
       ReplaceByRandom(seed, 0.3, &network.links);
-      mean += CheckCycles(40, network.links, {}).variance_factor / kSeeds;
+      mean += CheckCycles(40, network.links, {}).scale.factor / kSeeds;
     }
     EXPECT_GT(mean, 0.85 * scale * scale);
     EXPECT_LT(mean, 1.2 * scale * scale);
@@ -179,9 +179,17 @@ TEST(CheckCycles, RivalsOfAPairDoNotCountAsContradictions) {
   }
 }
 
+TEST(EstimateScale, FewLoopsAreNotBelievedToBeVeryNoisy) {
+  EXPECT_EQ(EstimateScale({1e5}, {}).factor, 25.0);
+  EXPECT_EQ(EstimateScale(std::vector<double>(9, 40.0 * 5.348), {}).factor, 25.0);
+  EXPECT_NEAR(EstimateScale(std::vector<double>(10, 40.0 * 5.348), {}).factor, 40.0, 1e-9);
+  EXPECT_EQ(EstimateScale(std::vector<double>(50, 1e5), {}).factor, 100.0);
+  EXPECT_EQ(EstimateScale(std::vector<double>(50, 1.0), {}).factor, 1.0);
+}
+
 TEST(CheckCycles, EmptyInput) {
   EXPECT_TRUE(CheckCycles(0, {}, {}).cycles.empty());
-  EXPECT_EQ(CheckCycles(3, {}, {}).variance_factor, 1.0);
+  EXPECT_EQ(CheckCycles(3, {}, {}).scale.factor, 1.0);
 }
 
 }  // namespace
