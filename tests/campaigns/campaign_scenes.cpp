@@ -203,10 +203,10 @@ Scene TwoBuildings(std::uint64_t seed) {
 
 Scene RingCorridor(std::uint64_t seed) {
   Random random(DeriveSeed(seed, "corridor"));
-  Scene scene = Begin("corridor", seed, 0.4, 40.0);
+  Scene scene = Begin("corridor", seed, 0.3, 40.0);
   scene.ground.size_m = 100.0;
   Room ring;
-  ring.size_m = {random.Uniform(46.0, 50.0), random.Uniform(28.0, 32.0)};
+  ring.size_m = {random.Uniform(38.0, 42.0), random.Uniform(24.0, 28.0)};
   const double width = random.Uniform(3.0, 3.6);
   ring.core_m = ring.size_m.array() - 2.0 * width;
   ring.height_m = random.Uniform(2.8, 3.2);
@@ -237,7 +237,7 @@ Scene RingCorridor(std::uint64_t seed) {
     const double side = random.Index(2) == 0 ? -1.0 : 1.0;
     Barrier partition;
     partition.from_m = middle - side * 0.5 * width * across;
-    partition.to_m = middle + side * (0.5 * width - 1.2) * across;
+    partition.to_m = middle + side * (0.5 * width - 1.8) * across;
     partition.height_m = ring.height_m - 0.1;
     partition.thickness_m = 0.12;
     scene.barriers.push_back(partition);

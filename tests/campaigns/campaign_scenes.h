@@ -24,7 +24,7 @@ Scene Forest(std::uint64_t seed);
 /// Two halls of the same make, 4 stations each, out of sight of each other.
 Scene TwoBuildings(std::uint64_t seed);
 
-/// A corridor around a core with a station every 14 m, 10 in all. Partitions hide most of what the
+/// A corridor around a core with a station every 12 m, 10 in all. Partitions hide most of what the
 /// next station sees.
 Scene RingCorridor(std::uint64_t seed);
 

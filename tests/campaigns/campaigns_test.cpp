@@ -39,7 +39,7 @@ const CampaignCase kSmallCases[] = {
     {.name = "emptyhall", .scene = EmptyHall, .undecidable = true},
     {.name = "forest", .scene = Forest, .resolution_m = 0.1},
     {.name = "twobuildings", .scene = TwoBuildings, .components = 2},
-    {.name = "corridor", .scene = RingCorridor},
+    {.name = "corridor", .scene = RingCorridor, .resolution_m = 0.1},
     {.name = "courtyard", .scene = Courtyard},
     {.name = "yard", .scene = Yard},
 };

@@ -110,8 +110,9 @@ class LinkJudge {
     if (const auto errors = ErrorsOf(row)) {
       line += fmt::format(" RE {:.3f} deg TE {:.3f} m", errors->re_deg, errors->te_m);
     }
-    for (const char* column : {"overlap", "consensus", "consensus_null", "planes", "rms_m",
-                               "fine_status", "network_weight"}) {
+    for (const char* column :
+         {"overlap", "conflict", "agreement", "candidates", "consensus", "consensus_null", "planes",
+          "rms_m", "fine_status", "network_weight", "loop_controlled"}) {
       line += fmt::format(" {} {}", column, text(column).substr(0, 8));
     }
     return line;
