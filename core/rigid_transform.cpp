@@ -110,6 +110,11 @@ Matrix6d Adjoint(const RigidTransform& transform) {
   return adjoint;
 }
 
+double RelativeTilt(const RigidTransform& b_from_a) {
+  const Eigen::Vector3d up = b_from_a.rotation.col(2);
+  return std::atan2(std::hypot(up.x(), up.y()), up.z());
+}
+
 double RotationAngle(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
   const Eigen::Matrix3d d = a * b.transpose();
   const Eigen::Vector3d vee(d(2, 1) - d(1, 2), d(0, 2) - d(2, 0), d(1, 0) - d(0, 1));

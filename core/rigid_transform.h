@@ -63,6 +63,9 @@ Matrix6d LocalDifferenceJacobian(const Vector6d& difference);
 /// perturbed by Adjoint(A) * xi (any B). Rotation first.
 Matrix6d Adjoint(const RigidTransform& transform);
 
+/// Angle between the z axes of both frames, radians: the tilt of two levelled instruments.
+double RelativeTilt(const RigidTransform& b_from_a);
+
 /// Rotation error between two rotations in radians, accurate for small angles (atan2 form).
 double RotationAngle(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 namespace backsight {
@@ -28,9 +29,17 @@ inline float ExpNegative(float y) {
                                        y * (0.041666667F + y * (-0.0083333333F + y * 0.00130F)))));
 }
 
+/// When two rows are compatible: their lengths differ by less than `limit`, and their height
+/// differences by less than `height` plus `slope` times the length.
+struct Compatibility {
+  float limit = 0.0F;
+  float height = 0.0F;
+  float slope = 0.0F;
+};
+
 /// Sum of compatibility weights of row a with all rows.
-float RowReliability(const PointArrays& q, const PointArrays& p, std::size_t a, float limit,
-                     float inverse_6l2) {
+float RowReliability(const PointArrays& q, const PointArrays& p, std::size_t a,
+                     const Compatibility& rule, float inverse_6l2) {
   const float qx = q.x[a], qy = q.y[a], qz = q.z[a];
   const float px = p.x[a], py = p.y[a], pz = p.z[a];
   const std::size_t n = q.x.size();
@@ -43,8 +52,10 @@ float RowReliability(const PointArrays& q, const PointArrays& p, std::size_t a, 
     const float vx = p.x[b] - px, vy = p.y[b] - py, vz = p.z[b] - pz;
     const float squared_q = ux * ux + uy * uy + uz * uz;
     const float squared_p = vx * vx + vy * vy + vz * vz;
-    const float x = std::abs(std::sqrt(squared_q) - std::sqrt(squared_p));
-    const bool compatible = (x < limit) & (squared_q > 0.0F) & (squared_p > 0.0F);
+    const float length = std::sqrt(squared_q);
+    const float x = std::abs(length - std::sqrt(squared_p));
+    const bool level = std::abs(uz - vz) < rule.height + rule.slope * length;
+    const bool compatible = (x < rule.limit) & (squared_q > 0.0F) & (squared_p > 0.0F) & level;
     return compatible ? ExpNegative(x * x * inverse_6l2) : 0.0F;
   };
   std::size_t b = 0;
@@ -65,11 +76,16 @@ ReliableNodes SelectReliableNodes(const Correspondences& c, const NodeReliabilit
   const PointArrays q(c.source);
   const PointArrays p(c.target);
   const auto l = static_cast<float>(options.resolution_m);
+  Compatibility rule{2.0F * l, std::numeric_limits<float>::infinity(), 0.0F};
+  if (options.upright) {
+    rule.height = 2.0F * l;
+    rule.slope = static_cast<float>(options.upright->max_tilt_rad);
+  }
   result.reliability.resize(c.size());
   context.ParallelFor(
       c.size(),
       [&](std::size_t a) {
-        result.reliability[a] = RowReliability(q, p, a, 2.0F * l, 1.0F / (6.0F * l * l));
+        result.reliability[a] = RowReliability(q, p, a, rule, 1.0F / (6.0F * l * l));
       },
       64);
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "core/execution.h"
@@ -12,6 +13,7 @@ namespace backsight {
 struct NodeReliabilityOptions {
   double resolution_m = 0.1;  ///< l; two rows are compatible if their lengths differ by x < 2 l
   int keep = 800;             ///< K_opt
+  std::optional<UprightConstraint> upright = {};  ///< compatible rows agree in height too
 };
 
 struct ReliableNodes {

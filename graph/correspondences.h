@@ -7,6 +7,16 @@
 
 namespace backsight {
 
+/// What levelled instruments add: both frames have z up but for `max_tilt_rad`, so that the height
+/// difference of two points is the same in both clouds.
+struct UprightConstraint {
+  double max_tilt_rad = 0.0;
+  /// Largest difference of height differences over a distance, beyond noise of `noise_m`.
+  double Tolerance(double distance_m, double noise_m) const {
+    return noise_m + max_tilt_rad * distance_m;
+  }
+};
+
 /// Putative point correspondences, row a: source point q_a (to be moved) and target point p_a, each
 /// in its own station frame, metres. A key point may take part in several rows; its id tells so.
 struct Correspondences {

@@ -16,6 +16,13 @@ struct NodePartners {
   std::vector<std::uint32_t> partners;  // the first few of them
 };
 
+/// Whether two vectors, one in each cloud, rise alike; true where nobody says that z is up.
+bool RiseAlike(const Eigen::Vector3d& in_source, const Eigen::Vector3d& in_target, double limit,
+               const std::optional<UprightConstraint>& upright) {
+  return !upright ||
+         std::abs(in_source.z() - in_target.z()) < upright->Tolerance(in_source.norm(), limit);
+}
+
 std::vector<NodePartners> FindPartners(const Correspondences& c,
                                        const EdgeReliabilityOptions& options,
                                        const ExecutionContext& context) {
@@ -31,6 +38,10 @@ std::vector<NodePartners> FindPartners(const Correspondences& c,
           const double in_source = (c.source[i] - c.source[j]).norm();
           // Shorter edges than 2 l have no meaningful direction.
           if (std::abs(in_target - in_source) >= limit || std::min(in_target, in_source) <= limit) {
+            continue;
+          }
+          if (!RiseAlike(c.source[j] - c.source[i], c.target[j] - c.target[i], limit,
+                         options.upright)) {
             continue;
           }
           ++node.compatible;
@@ -64,14 +75,15 @@ struct Edge {
 
 /// Necessary condition for a node to agree with the edge under some rotation about it: equal
 /// distance from node i and equal signed projection on the edge, both within 2 l.
-std::vector<std::uint32_t> LooseCandidates(const Correspondences& c, const Edge& edge,
-                                           double limit) {
+std::vector<std::uint32_t> LooseCandidates(const Correspondences& c, const Edge& edge, double limit,
+                                           const std::optional<UprightConstraint>& upright) {
   std::vector<std::uint32_t> candidates;
   for (std::uint32_t k = 0; k < c.size(); ++k) {
     const Eigen::Vector3d s = c.source[k] - edge.source;
     const Eigen::Vector3d m = c.target[k] - edge.target;
     if (std::abs(s.norm() - m.norm()) < limit &&
-        std::abs(s.dot(edge.source_axis) - m.dot(edge.target_axis)) < limit) {
+        std::abs(s.dot(edge.source_axis) - m.dot(edge.target_axis)) < limit &&
+        RiseAlike(s, m, limit, upright)) {
       candidates.push_back(k);
     }
   }
@@ -129,6 +141,29 @@ EdgeHypothesis TightConsensus(const Correspondences& c, const Edge& edge,
   return hypothesis;
 }
 
+/// The same for levelled instruments: the edge's bearings give the one angle that is left. Edges
+/// steeper than 60 deg have no sure bearing and give no consensus.
+EdgeHypothesis UprightConsensus(const Correspondences& c, const Edge& edge,
+                                std::span<const std::uint32_t> candidates, double limit) {
+  EdgeHypothesis hypothesis;
+  constexpr double kFlat = 0.5;
+  const Eigen::Vector2d in_source = edge.source_axis.head<2>();
+  const Eigen::Vector2d in_target = edge.target_axis.head<2>();
+  if (std::min(in_source.norm(), in_target.norm()) < kFlat) return hypothesis;
+  const double turn =
+      std::atan2(in_target.y(), in_target.x()) - std::atan2(in_source.y(), in_source.x());
+  RigidTransform& motion = hypothesis.target_from_source;
+  motion.rotation = Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  motion.translation = edge.target + edge.middle_shift - motion.rotation * edge.source;
+  std::vector<std::uint32_t> ids;
+  for (const std::uint32_t k : candidates) {
+    if ((motion * c.source[k] - c.target[k]).norm() < limit) ids.push_back(c.source_id[k]);
+  }
+  std::sort(ids.begin(), ids.end());
+  hypothesis.consensus = static_cast<int>(std::unique(ids.begin(), ids.end()) - ids.begin());
+  return hypothesis;
+}
+
 /// Keeps the best distinct hypotheses in order.
 class HypothesisList {
  public:
@@ -183,9 +218,10 @@ std::vector<EdgeHypothesis> FindEdgeHypotheses(const Correspondences& c,
   for (const NodePartners& node : FindPartners(c, options, context)) {
     for (const std::uint32_t partner : node.partners) {
       const Edge edge(c, node.node, partner);
-      const auto candidates = LooseCandidates(c, edge, limit);
+      const auto candidates = LooseCandidates(c, edge, limit, options.upright);
       if (static_cast<int>(candidates.size()) <= best.EntryBar()) continue;
-      best.Insert(TightConsensus(c, edge, candidates, limit));
+      best.Insert(options.upright ? UprightConsensus(c, edge, candidates, limit)
+                                  : TightConsensus(c, edge, candidates, limit));
     }
   }
   return best.Take();

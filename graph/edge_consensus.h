@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -17,6 +18,8 @@ struct EdgeReliabilityOptions {
   int min_compatible = 10;    ///< nodes with fewer compatible partners start no edge
   int edges_per_node = 1;     ///< partners tried per node, most reliable first
   int hypotheses = 20;        ///< distinct hypotheses kept, best first
+  /// Levelled instruments: an edge fixes the motion by its bearing, and all rows agree in height.
+  std::optional<UprightConstraint> upright = {};
 };
 
 struct EdgeHypothesis {

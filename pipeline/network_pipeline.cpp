@@ -1,5 +1,6 @@
 #include "pipeline/network_pipeline.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <numbers>
 #include <numeric>
@@ -89,6 +90,7 @@ bool RefuteBridges(const std::vector<Surface>& surfaces, const std::vector<Stati
   input.component = network->solution.poses.component;
   for (std::size_t s = 0; s < stations.size(); ++s) {
     input.stations.push_back(stations[s].usable() ? &surfaces[s] : nullptr);
+    input.indices.push_back(stations[s].index.get());
   }
   std::vector<std::size_t> candidate_of;
   for (std::size_t l = 0; l < links.size(); ++l) {
@@ -107,7 +109,8 @@ bool RefuteBridges(const std::vector<Surface>& surfaces, const std::vector<Stati
 /// Input of the planar adjustment of one component; link indices become those within it.
 NetworkRefinementInput MakeRefinementInput(const std::vector<Station>& stations,
                                            const std::vector<NetworkLink>& links,
-                                           const Network& network, const NetworkPart& part) {
+                                           const NetworkOptions& options, const Network& network,
+                                           const NetworkPart& part) {
   NetworkRefinementInput input;
   std::vector<int> place(stations.size(), -1);
   const PoseGraphResult& poses = network.solution.poses;
@@ -131,7 +134,9 @@ NetworkRefinementInput MakeRefinementInput(const std::vector<Station>& stations,
     link.source = source;
     link.target = target;
     link.target_from_source = links[l].target_from_source;
-    link.information = links[l].information;
+    const double factor = network.solution.sigma_factor;
+    link.information =
+        (factor * factor * LinkCovariance(links[l], options)).ldlt().solve(Matrix6d::Identity());
     input.links.push_back(link);
   }
   return input;
@@ -139,7 +144,7 @@ NetworkRefinementInput MakeRefinementInput(const std::vector<Station>& stations,
 
 /// Adjusts the planes of every component and hands poses and covariances over where it succeeded.
 void RefineParts(const std::vector<Station>& stations, const std::vector<NetworkLink>& links,
-                 const NetworkRefinementOptions& options, const ExecutionContext& context,
+                 const SurveyOptions& options, const ExecutionContext& context,
                  std::vector<RigidTransform>* poses, std::vector<Matrix6d>* covariance,
                  Network* network) {
   const int parts = 1 + *std::max_element(network->component.begin(), network->component.end());
@@ -148,9 +153,12 @@ void RefineParts(const std::vector<Station>& stations, const std::vector<Network
     for (std::size_t s = 0; s < stations.size(); ++s) {
       if (network->component[s] == p) part.stations.push_back(static_cast<int>(s));
     }
-    const NetworkRefinementInput input = MakeRefinementInput(stations, links, *network, part);
+    const NetworkRefinementInput input =
+        MakeRefinementInput(stations, links, options.network, *network, part);
     part.links = static_cast<int>(input.links.size());
-    part.refinement = RefineNetwork(input, options, context);
+    if (options.refinement.enabled) {
+      part.refinement = RefineNetwork(input, options.refinement, context);
+    }
     if (part.refinement.status == NetworkRefinementResult::Status::kRefined) {
       for (std::size_t i = 0; i < part.stations.size(); ++i) {
         const auto s = static_cast<std::size_t>(part.stations[i]);
@@ -236,7 +244,7 @@ Network BuildNetwork(const std::vector<Station>& stations, const std::vector<Pai
   network.component = RankComponents(network.solution.poses.component);
   std::vector<RigidTransform> poses = network.solution.poses.survey_from_station;
   std::vector<Matrix6d> covariance = network.solution.poses.covariance;
-  RefineParts(stations, links, options.refinement, context, &poses, &covariance, &network);
+  RefineParts(stations, links, options, context, &poses, &covariance, &network);
   UpdateLinks(links, poses, &network);
   SetStationPoses(stations, poses, covariance, &network);
   ChooseReported(pairs.size(), &network);

@@ -140,6 +140,7 @@ void RegisterUnguarded(const Station& source, const Station& target, const Surve
   input.source_keypoints = KeypointPositions(source.model, source.features);
   input.target_keypoints = KeypointPositions(target.model, target.features);
   input.seed = DeriveSeed(context.seed(), "pair " + source.spec.id + " " + target.spec.id);
+  if (clouds.level_sigma_rad) input.max_tilt_rad = LargestTilt(*clouds.level_sigma_rad);
   input.source_symmetries = source.symmetries;
   input.target_symmetries = target.symmetries;
   input.cloud_score = [&](const RigidTransform& motion) {

@@ -16,15 +16,18 @@
 namespace backsight {
 namespace {
 
-std::vector<EdgeHypothesis> FindHypotheses(const Correspondences& c, double resolution_m,
+std::vector<EdgeHypothesis> FindHypotheses(const Correspondences& c, const CoarseInput& input,
                                            const CoarseOptions& options, int hypotheses,
                                            const ExecutionContext& context) {
-  const ReliableNodes nodes =
-      SelectReliableNodes(c, {.resolution_m = resolution_m, .keep = options.nodes}, context);
+  std::optional<UprightConstraint> upright;
+  if (input.max_tilt_rad) upright = UprightConstraint{*input.max_tilt_rad};
+  const ReliableNodes nodes = SelectReliableNodes(
+      c, {.resolution_m = input.resolution_m, .keep = options.nodes, .upright = upright}, context);
   return FindEdgeHypotheses(c.Subset(nodes.rows),
-                            {.resolution_m = resolution_m,
+                            {.resolution_m = input.resolution_m,
                              .edges_per_node = options.edges_per_node,
-                             .hypotheses = hypotheses},
+                             .hypotheses = hypotheses,
+                             .upright = upright},
                             context);
 }
 
@@ -53,19 +56,20 @@ double Score(const Correspondences& c, const RigidTransform& transform, double l
   return sum;
 }
 
-int NullConsensus(const Correspondences& c, double resolution_m, const CoarseOptions& options,
-                  std::uint64_t seed, const ExecutionContext& context) {
+int NullConsensus(const CoarseInput& input, const CoarseOptions& options,
+                  const ExecutionContext& context) {
+  const Correspondences& c = input.correspondences;
   int best = 0;
   for (int run = 0; run < options.permutations; ++run) {
     Correspondences shuffled = c;
-    Random random(DeriveSeed(seed, "permutation " + std::to_string(run)));
+    Random random(DeriveSeed(input.seed, "permutation " + std::to_string(run)));
     for (std::size_t i = c.size() - 1; i > 0; --i) {
       const std::size_t j = random.Index(i + 1);
       std::swap(shuffled.target[i], shuffled.target[j]);
       std::swap(shuffled.target_id[i], shuffled.target_id[j]);
     }
     for (const EdgeHypothesis& h :
-         FindHypotheses(shuffled, resolution_m, options, /*hypotheses=*/1, context)) {
+         FindHypotheses(shuffled, input, options, /*hypotheses=*/1, context)) {
       best = std::max(best, h.consensus);
     }
   }
@@ -98,8 +102,11 @@ using MotionScore = std::function<double(const RigidTransform&)>;
 /// The motions that compete, best first.
 class MotionPool {
  public:
-  MotionPool(const Correspondences& c, double resolution_m, MotionScore score)
-      : near_m_(10.0 * resolution_m), score_(std::move(score)) {
+  MotionPool(const CoarseInput& input, MotionScore score)
+      : near_m_(10.0 * input.resolution_m),
+        max_tilt_rad_(input.max_tilt_rad),
+        score_(std::move(score)) {
+    const Correspondences& c = input.correspondences;
     for (const Eigen::Vector3d& point : c.source) {
       center_ += point / static_cast<double>(c.size());
     }
@@ -107,6 +114,8 @@ class MotionPool {
 
   /// Unless one like it is there that is as good.
   void Add(const RigidTransform& motion) {
+    constexpr double kCoarseError = 0.05;  // rad, of a motion that is not refined yet
+    if (max_tilt_rad_ && RelativeTilt(motion) > *max_tilt_rad_ + kCoarseError) return;
     const ScoredMotion entry{motion, score_(motion)};
     const auto like = [&](const ScoredMotion& other) { return Alike(other.motion, motion); };
     const bool known = std::any_of(list_.begin(), list_.end(), [&](const ScoredMotion& other) {
@@ -128,6 +137,7 @@ class MotionPool {
   }
 
   double near_m_;
+  std::optional<double> max_tilt_rad_;
   MotionScore score_;
   Eigen::Vector3d center_ = Eigen::Vector3d::Zero();
   std::vector<ScoredMotion> list_;
@@ -139,11 +149,10 @@ MotionPool CollectMotions(const CoarseInput& input, const CoarseOptions& options
   const Correspondences& c = input.correspondences;
   const double limit_m = 3.0 * input.resolution_m;
   MotionPool pool(
-      c, input.resolution_m,
-      input.cloud_score ? input.cloud_score
-                        : [&c, limit_m](const RigidTransform& m) { return Score(c, m, limit_m); });
-  for (const EdgeHypothesis& h :
-       FindHypotheses(c, input.resolution_m, options, options.hypotheses, context)) {
+      input, input.cloud_score ? input.cloud_score : [&c, limit_m](const RigidTransform& m) {
+        return Score(c, m, limit_m);
+      });
+  for (const EdgeHypothesis& h : FindHypotheses(c, input, options, options.hypotheses, context)) {
     pool.Add(RefineOnInliers(c, h.target_from_source, limit_m));
   }
   if (pool.list().empty()) return pool;
@@ -162,10 +171,9 @@ MotionPool ImproveByClouds(const CoarseInput& input, const MotionPool& pool, std
   const Correspondences& c = input.correspondences;
   const double limit_m = 3.0 * input.resolution_m;
   MotionPool improved(
-      c, input.resolution_m,
-      input.full_cloud_score ? input.full_cloud_score : [&c, limit_m](const RigidTransform& m) {
-        return Score(c, m, limit_m);
-      });
+      input, input.full_cloud_score
+                 ? input.full_cloud_score
+                 : [&c, limit_m](const RigidTransform& m) { return Score(c, m, limit_m); });
   constexpr std::size_t kRough = 2;  // these may look bad before they are improved
   for (std::size_t i = 0; i < std::min(count, pool.list().size()); ++i) {
     const ScoredMotion& entry = pool.list()[i];
@@ -222,9 +230,8 @@ CoarseResult RegisterCoarse(const CoarseInput& input, const CoarseOptions& optio
   CoarseResult result;
   const Correspondences& c = input.correspondences;
   if (c.size() < 3) return result;
-  const double l = input.resolution_m;
   result.status = CoarseResult::Status::kNoConsensus;
-  result.consensus_null = NullConsensus(c, l, options, input.seed, context);
+  result.consensus_null = NullConsensus(input, options, context);
 
   const MotionPool pool = CollectMotions(input, options, context);
   if (pool.list().empty()) return result;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -52,6 +53,9 @@ struct CoarseInput {
   /// descriptors did not match but positions do join the estimate.
   std::vector<Eigen::Vector3d> source_keypoints;
   std::vector<Eigen::Vector3d> target_keypoints;
+  /// Both instruments were levelled: motions that tilt them against each other by more than this
+  /// are not considered.
+  std::optional<double> max_tilt_rad;
   std::uint64_t seed = 0;  ///< drives the shuffles of the significance test
   /// How well a motion lays the clouds themselves on each other, larger is better, 0 and less is
   /// worthless; decides between the hypotheses. Without it the correspondences alone decide.

@@ -15,15 +15,6 @@ namespace {
 /// Squared error beyond which a link is taken as false. Well above chi^2's 99 % (16.81), because
 /// real errors have longer tails than normal ones, and far below that of any false link.
 constexpr double kGrossError = 100.0;
-/// Covariance of a link: what the registration claims, held above the systematic floor.
-Matrix6d LinkCovariance(const NetworkLink& link, const NetworkOptions& options) {
-  const double rotation = options.floor_rotation_deg * std::numbers::pi / 180.0;
-  Matrix6d covariance = CovarianceOf(link.information);
-  covariance.topLeftCorner<3, 3>().diagonal().array() += rotation * rotation;
-  covariance.bottomRightCorner<3, 3>().diagonal().array() +=
-      options.floor_translation_m * options.floor_translation_m;
-  return covariance;
-}
 
 std::vector<PoseGraphLink> MakeLinks(std::span<const NetworkLink> links,
                                      const NetworkOptions& options) {
@@ -177,6 +168,15 @@ void FillClosures(int stations, std::span<const PoseGraphLink> links, NetworkRes
 }
 
 }  // namespace
+
+Matrix6d LinkCovariance(const NetworkLink& link, const NetworkOptions& options) {
+  const double rotation = options.floor_rotation_deg * std::numbers::pi / 180.0;
+  Matrix6d covariance = CovarianceOf(link.information);
+  covariance.topLeftCorner<3, 3>().diagonal().array() += rotation * rotation;
+  covariance.bottomRightCorner<3, 3>().diagonal().array() +=
+      options.floor_translation_m * options.floor_translation_m;
+  return covariance;
+}
 
 void VisitOptions(OptionVisitor& visitor, NetworkOptions& options) {
   visitor.Flag("robust", options.robust, "seek and remove false links, choose among rival ones");

@@ -32,6 +32,10 @@ struct NetworkLink {
   bool doubtful = false;  ///< used only where loops of other links confirm it
 };
 
+/// Covariance of a link as the network takes it: what the registration claims, held above the
+/// systematic floor; not scaled by the links' variance factor.
+Matrix6d LinkCovariance(const NetworkLink& link, const NetworkOptions& options);
+
 /// How a triangle of used links closes, before adjustment: measured motions alone.
 struct TriangleClosure {
   int a = 0, b = 0, c = 0;  ///< stations, ascending

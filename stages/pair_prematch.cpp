@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <optional>
 
 #include "graph/correspondence_graph.h"
 #include "graph/edge_consensus.h"
@@ -13,6 +14,7 @@ namespace {
 
 using Bins = Eigen::Array<double, 33, 1>;
 constexpr double kNoMotion = -2.0;
+constexpr double kLargestTilt = 0.035;  // rad, 2 deg: of a rough motion between levelled stations
 
 Bins ToBins(const FpfhDescriptor& descriptor) {
   return Eigen::Map<const Eigen::Array<float, 33, 1>>(descriptor.data()).cast<double>();
@@ -58,11 +60,6 @@ double ViewScore(const std::vector<Eigen::Vector3d>& surface, const StationModel
   return surface.empty() ? 0.0 : static_cast<double>(score) / static_cast<double>(surface.size());
 }
 
-bool IsUpright(const RigidTransform& motion) {
-  constexpr double kCosTwoDegrees = 0.99939;
-  return motion.rotation(2, 2) > kCosTwoDegrees;
-}
-
 RigidTransform Refit(const Correspondences& c, const RigidTransform& motion, double limit_m) {
   const auto rows = RowsWithin(c, motion, limit_m);
   return FitRigid(c.Subset(rows), {}).value_or(motion);
@@ -103,14 +100,19 @@ double PrematchPair(const StationSketch& source, const StationSketch& target,
           match.target);
   }
   if (c.size() < 3) return kNoMotion;
-  const ReliableNodes nodes =
-      SelectReliableNodes(c, {.resolution_m = l, .keep = options.nodes}, context);
+  std::optional<UprightConstraint> upright;
+  if (source.levelled && target.levelled) upright = UprightConstraint{kLargestTilt};
+  const ReliableNodes nodes = SelectReliableNodes(
+      c, {.resolution_m = l, .keep = options.nodes, .upright = upright}, context);
   double best = kNoMotion;
-  for (const EdgeHypothesis& hypothesis : FindEdgeHypotheses(
-           c.Subset(nodes.rows),
-           {.resolution_m = l, .min_compatible = 5, .hypotheses = options.hypotheses}, context)) {
+  for (const EdgeHypothesis& hypothesis : FindEdgeHypotheses(c.Subset(nodes.rows),
+                                                             {.resolution_m = l,
+                                                             .min_compatible = 5,
+                                                             .hypotheses = options.hypotheses,
+                                                             .upright = upright},
+                                                             context)) {
     const RigidTransform motion = Refit(c, hypothesis.target_from_source, 3.0 * l);
-    if (source.levelled && target.levelled && !IsUpright(motion)) continue;
+    if (upright && RelativeTilt(motion) > kLargestTilt) continue;
     best = std::max(best, ViewScore(source.surface, *target.model, motion) +
                               ViewScore(target.surface, *source.model, motion.Inverse()));
   }

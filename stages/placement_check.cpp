@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "stages/cloud_agreement.h"
-
 namespace backsight {
 namespace {
 
@@ -59,10 +57,16 @@ std::vector<ComparedPair> NeighborPairs(const PlacementCheckInput& input,
   return pairs;
 }
 
-Views Look(const Surface& moved, const CloudSample& sample, const Surface& viewer,
-           const RigidTransform& viewer_from_moved) {
+/// What `viewer` says of the surfaces that `moved` measured.
+Views Look(const PlacementCheckInput& input, const std::vector<CloudSample>& samples, int moved,
+           int viewer) {
+  const auto m = static_cast<std::size_t>(moved);
+  const auto v = static_cast<std::size_t>(viewer);
+  const RigidTransform viewer_from_moved =
+      input.survey_from_station[v].Inverse() * input.survey_from_station[m];
   const CloudAgreement agreement =
-      CompareClouds(moved, sample, viewer, viewer_from_moved, viewer.model.resolution_m());
+      CompareClouds(*input.stations[m], samples[m], *input.stations[v], *input.indices[v],
+                    viewer_from_moved, input.stations[v]->model.resolution_m());
   Views views;
   views.in_view = agreement.blocks_in_view;
   views.seen_through = agreement.conflict.value * agreement.blocks_in_view;
@@ -126,12 +130,8 @@ PlacementCheckResult CheckPlacements(const PlacementCheckInput& input,
   context.ParallelFor(pairs.size(), [&](std::size_t i) {
     context.CheckStop();
     ComparedPair& pair = pairs[i];
-    const auto a = static_cast<std::size_t>(pair.a);
-    const auto b = static_cast<std::size_t>(pair.b);
-    const RigidTransform b_from_a =
-        input.survey_from_station[b].Inverse() * input.survey_from_station[a];
-    pair.of_a = Look(*input.stations[a], samples[a], *input.stations[b], b_from_a);
-    pair.of_b = Look(*input.stations[b], samples[b], *input.stations[a], b_from_a.Inverse());
+    pair.of_a = Look(input, samples, pair.a, pair.b);
+    pair.of_b = Look(input, samples, pair.b, pair.a);
   });
 
   PlacementCheckResult result;

@@ -6,6 +6,7 @@
 #include "core/execution.h"
 #include "core/option_visitor.h"
 #include "core/rigid_transform.h"
+#include "stages/cloud_agreement.h"
 #include "stages/surface.h"
 
 namespace backsight {
@@ -25,7 +26,8 @@ struct PlacedLink {
 
 /// A placed network. Indices are those of the stations; frames are instrument and survey.
 struct PlacementCheckInput {
-  std::vector<const Surface*> stations;  ///< null: not usable
+  std::vector<const Surface*> stations;    ///< null: not usable
+  std::vector<const CloudIndex*> indices;  ///< of their models
   std::vector<RigidTransform> survey_from_station;
   std::vector<int> component;  ///< stations of one component share a frame
   std::vector<PlacedLink> links;

@@ -14,12 +14,6 @@ using Reason = VerificationResult::Reason;
 
 constexpr double kSigmas = 3.0;  // between rivals
 
-/// Angle between the vertical axes of both stations.
-double RelativeTilt(const RigidTransform& target_from_source) {
-  const Eigen::Vector3d up = target_from_source.rotation.col(2);
-  return std::atan2(std::hypot(up.x(), up.y()), up.z());
-}
-
 /// Mean of both directions' ratios; of the one that there is where only one scanner is credible.
 RatioEstimate Together(const RatioEstimate& a, bool has_a, const RatioEstimate& b, bool has_b) {
   if (!has_a || !has_b) return has_a ? a : has_b ? b : RatioEstimate{};
@@ -70,8 +64,7 @@ Reason FindFault(const VerificationInput& input, const VerificationOptions& opti
   }
   if (result.overlap < options.min_overlap) return Reason::kLowOverlap;
   if (input.level_sigma_rad) {
-    constexpr double kModelError = 0.3 * 0.017453292519943295;  // 0.3 deg
-    const double limit = 5.0 * *input.level_sigma_rad + kModelError;
+    const double limit = LargestTilt(*input.level_sigma_rad);
     if (RelativeTilt(input.fine.target_from_source) > limit) return Reason::kTilted;
   }
   return result.worst_conflict() >= options.max_conflict ? Reason::kFreeSpace : Reason::kNone;
@@ -123,6 +116,11 @@ void VisitOptions(OptionVisitor& visitor, VerificationOptions& options) {
                "share of the surfaces in view, seen through by a scanner, that rejects a pair");
   visitor.Real("strict_conflict", options.strict_conflict, "1", 0.0, 1.0,
                "the share that makes a pair doubtful where a station looks alike from two places");
+}
+
+double LargestTilt(double level_sigma_rad) {
+  constexpr double kModelError = 0.3 * 0.017453292519943295;  // 0.3 deg
+  return 5.0 * level_sigma_rad + kModelError;
 }
 
 bool IsSignificant(int consensus, int consensus_null, const VerificationOptions& options) {

@@ -21,6 +21,10 @@ struct VerificationOptions {
 };
 void VisitOptions(OptionVisitor& visitor, VerificationOptions& options);
 
+/// By how much levelled instruments may be tilted against each other: five standard deviations of
+/// both levellings together and 0.3 deg of model error. Radians.
+double LargestTilt(double level_sigma_rad);
+
 /// One significance rule for all who ask: the consensus must be clear of chance.
 bool IsSignificant(int consensus, int consensus_null, const VerificationOptions& options);
 
