@@ -1,5 +1,6 @@
 #include "tests/campaigns/judge.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -31,10 +32,10 @@ class JudgeTest : public testing::Test {
     std::filesystem::create_directories(folder_ / "out");
     Random random(11);
     for (int i = 0; i < 6; ++i) {
-      for (int j = 0; j <= i; ++j) root_(i, j) = (i == j ? 1e-3 : 2e-4) * random.Uniform(0.5, 1.5);
+      for (int j = 0; j <= i; ++j) root_(i, j) = (i == j ? 1e-4 : 2e-5) * random.Uniform(0.5, 1.5);
     }
     for (int i = 0; i < kStations; ++i) {
-      const std::string id = "S" + std::to_string(i);
+      const std::string id = fmt::format("S{}", i);
       truth_[id] = {random.Rotation(), {4.0 * i, 1.0, 2.0}};
       PoseRecord pose;
       pose.station = id;
@@ -52,8 +53,8 @@ class JudgeTest : public testing::Test {
 
   void AddLink(int source, int target, LinkStatus status, double error_m, double weight) {
     LinkRecord link;
-    link.source = "S" + std::to_string(source);
-    link.target = "S" + std::to_string(target);
+    link.source = fmt::format("S{}", source);
+    link.target = fmt::format("S{}", target);
     link.status = status;
     link.correspondences = 100;
     link.network_weight = weight;
