@@ -39,7 +39,10 @@ NetworkLink MakeLink(const Pair& pair, int pair_index, std::size_t candidate) {
   link.target_from_source = motion.fine.target_from_source;
   link.information = motion.fine.information;
   link.confidence = LinkConfidence(motion);
-  link.score = motion.verification.quality.value;
+  // Flips that put scanners on mirrored places fit better than the truth: where scanners can be
+  // contradicted, only contradictions count.
+  const VerificationResult& verification = motion.verification;
+  link.score = verification.sighted ? -verification.conflict.value : verification.quality.value;
   link.doubtful = candidate > 0 || !pair.accepted();
   return link;
 }

@@ -32,8 +32,7 @@ struct PairClouds {
         target{t.model, t.features.normals, t.features.scanner_credible},
         source_index(*s.index),
         target_index(*t.index),
-        level_sigma_rad(LevelSigma(s.spec, t.spec)),
-        symmetric(!s.symmetries.empty() || !t.symmetries.empty()) {}
+        level_sigma_rad(LevelSigma(s.spec, t.spec)) {}
 
   /// Agreement less eight times the conflict, mean of both directions: a motion under which one
   /// block in eight is seen through is worthless however much of it agrees. `lenience`: how many
@@ -73,7 +72,6 @@ struct PairClouds {
   const CloudIndex& source_index;
   const CloudIndex& target_index;
   std::optional<double> level_sigma_rad;
-  bool symmetric;
 };
 
 /// Refines and verifies one motion.
@@ -89,11 +87,11 @@ PairCandidate MakeCandidate(const PairClouds& clouds, CoarseCandidate coarse,
                              coarse.information,
                              std::move(structure_points)};
   candidate.fine = RefinePair(fine_input, options.fine, context);
-  candidate.verification = VerifyPair(
-      {clouds.source, clouds.target, clouds.source_index, clouds.target_index,
-       coarse.target_from_source, coarse.information, consensus, consensus_null, candidate.fine,
-       clouds.level_sigma_rad, clouds.symmetric && consensus.has_value()},
-      options.verification);
+  candidate.verification =
+      VerifyPair({clouds.source, clouds.target, clouds.source_index, clouds.target_index,
+                  coarse.target_from_source, coarse.information, consensus, consensus_null,
+                  candidate.fine, clouds.level_sigma_rad},
+                 options.verification);
   candidate.coarse = std::move(coarse);
   return candidate;
 }
@@ -130,6 +128,52 @@ void RankCandidates(std::vector<PairCandidate>* candidates) {
   }
 }
 
+/// Whether two motions of a pair are one: closer than 5 deg, and than 10 l at the source's scanner.
+bool Alike(const RigidTransform& a, const RigidTransform& b, double resolution_m) {
+  constexpr double kNearAngle = 5.0 * std::numbers::pi / 180.0;
+  return (a.translation - b.translation).norm() < 10.0 * resolution_m &&
+         RotationAngle(a.rotation, b.rotation) < kNearAngle;
+}
+
+/// Refines and verifies the coarse candidates that are not there yet.
+void AddCandidates(const PairClouds& clouds, const CoarseInput& input, CoarseResult coarse,
+                   const SurveyOptions& options, const ExecutionContext& context, Pair* pair) {
+  pair->coarse_status = coarse.status;
+  pair->consensus_null = coarse.consensus_null;
+  for (CoarseCandidate& candidate : coarse.candidates) {
+    const bool known = std::any_of(pair->candidates.begin(), pair->candidates.end(),
+                                   [&](const PairCandidate& other) {
+                                     return Alike(other.coarse.target_from_source,
+                                                  candidate.target_from_source, input.resolution_m);
+                                   });
+    if (known) continue;
+    std::vector<Eigen::Vector3d> structure_points;
+    for (const std::uint32_t row : candidate.inliers) {
+      structure_points.push_back(input.correspondences.target[row]);
+    }
+    const int consensus = candidate.consensus;
+    pair->candidates.push_back(MakeCandidate(clouds, std::move(candidate),
+                                             std::move(structure_points), consensus,
+                                             coarse.consensus_null, options, context));
+  }
+}
+
+/// A motion that many key points support and that scanners contradict nevertheless: typical of the
+/// wrong bay of a facade or the wrong end of a hall. The true motion may have been crowded out.
+bool IsSuspicious(const Pair& pair, const VerificationOptions& options) {
+  const PairCandidate* best = pair.best();
+  return best != nullptr && IsSignificant(best->coarse.consensus, pair.consensus_null, options) &&
+         best->verification.worst_conflict() >= options.sure_conflict;
+}
+
+/// Several times as many correspondences, edges and hypotheses.
+CoarseOptions Thorough(CoarseOptions options) {
+  options.nodes = 3 * options.nodes;
+  options.edges_per_node *= 2;
+  options.hypotheses *= 5;
+  return options;
+}
+
 void RegisterUnguarded(const Station& source, const Station& target, const SurveyOptions& options,
                        const ExecutionContext& context, Pair* pair) {
   const PairClouds clouds(source, target);
@@ -159,19 +203,12 @@ void RegisterUnguarded(const Station& source, const Station& target, const Surve
   };
   input.cloud_refine = [&](const RigidTransform& motion) { return clouds.Refine(motion); };
   pair->correspondences = static_cast<int>(input.correspondences.size());
-  CoarseResult coarse = RegisterCoarse(input, options.coarse, context);
-  pair->coarse_status = coarse.status;
-  pair->consensus_null = coarse.consensus_null;
-  for (CoarseCandidate& candidate : coarse.candidates) {
-    std::vector<Eigen::Vector3d> structure_points;
-    for (const std::uint32_t row : candidate.inliers) {
-      structure_points.push_back(input.correspondences.target[row]);
-    }
-    const int consensus = candidate.consensus;
-    pair->candidates.push_back(MakeCandidate(clouds, std::move(candidate),
-                                             std::move(structure_points), consensus,
-                                             coarse.consensus_null, options, context));
-  }
+  AddCandidates(clouds, input, RegisterCoarse(input, options.coarse, context), options, context,
+                pair);
+  RankCandidates(&pair->candidates);
+  if (!IsSuspicious(*pair, options.verification)) return;
+  AddCandidates(clouds, input, RegisterCoarse(input, Thorough(options.coarse), context), options,
+                context, pair);
   RankCandidates(&pair->candidates);
 }
 

@@ -238,6 +238,7 @@ CoarseResult RegisterCoarse(const CoarseInput& input, const CoarseOptions& optio
 
   const auto wanted = static_cast<std::size_t>(options.rivals) + 1;
   const MotionPool improved = ImproveByClouds(input, pool, 2 * wanted);
+  if (improved.list().empty()) return result;
   const double least_score =
       std::max(input.least_rival_score, input.least_rival_share * improved.list().front().score);
   for (const ScoredMotion& entry : improved.list()) {

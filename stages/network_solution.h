@@ -16,7 +16,7 @@ struct NetworkOptions {
   bool robust = true;
   double floor_rotation_deg = 0.003;  ///< systematic error of any link, per axis
   double floor_translation_m = 0.001;
-  double score_noise = 0.02;  ///< standard deviation of NetworkLink::score
+  double score_noise = 0.01;  ///< standard deviation of NetworkLink::score
 };
 void VisitOptions(OptionVisitor& visitor, NetworkOptions& options);
 

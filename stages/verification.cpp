@@ -57,8 +57,7 @@ Reason FindFault(const VerificationInput& input, const VerificationOptions& opti
   // What chance could have proposed needs clouds that speak for it.
   const bool could_be_chance =
       input.consensus && !IsSignificant(*input.consensus, input.consensus_null, options);
-  const bool sighted = input.source.scanner_credible || input.target.scanner_credible;
-  if (could_be_chance && (!sighted || result.overlap < options.sure_overlap ||
+  if (could_be_chance && (!result.sighted || result.overlap < options.sure_overlap ||
                           result.worst_conflict() >= options.sure_conflict)) {
     return Reason::kNotSignificant;
   }
@@ -92,9 +91,6 @@ Reason FindDoubt(const VerificationInput& input, const VerificationOptions& opti
   if (IsFarFromStart(input, result)) return Reason::kFarFromStart;
   // A direction that not even a voxel's width determines is held by nothing.
   if (result.weakest_sigma_m > input.target.model.resolution_m()) return Reason::kUndetermined;
-  if (input.symmetric && result.worst_conflict() >= options.strict_conflict) {
-    return Reason::kSymmetric;
-  }
   return Reason::kNone;
 }
 
@@ -114,8 +110,6 @@ void VisitOptions(OptionVisitor& visitor, VerificationOptions& options) {
                "doubtful");
   visitor.Real("max_conflict", options.max_conflict, "1", 0.0, 1.0,
                "share of the surfaces in view, seen through by a scanner, that rejects a pair");
-  visitor.Real("strict_conflict", options.strict_conflict, "1", 0.0, 1.0,
-               "the share that makes a pair doubtful where a station looks alike from two places");
 }
 
 double LargestTilt(double level_sigma_rad) {
@@ -128,10 +122,17 @@ bool IsSignificant(int consensus, int consensus_null, const VerificationOptions&
 }
 
 std::string ToString(Reason reason) {
-  static constexpr std::array<const char*, 12> kNames = {
-      "",          "not_registered",      "not_significant", "low_overlap",  "fine_diverged",
-      "tilted",    "free_space_conflict", "far_from_start",  "undetermined", "symmetric",
-      "ambiguous", "contradicts_prior"};
+  static constexpr std::array<const char*, 11> kNames = {"",
+                                                         "not_registered",
+                                                         "not_significant",
+                                                         "low_overlap",
+                                                         "fine_diverged",
+                                                         "tilted",
+                                                         "free_space_conflict",
+                                                         "far_from_start",
+                                                         "undetermined",
+                                                         "ambiguous",
+                                                         "contradicts_prior"};
   return kNames.at(static_cast<std::size_t>(reason));
 }
 
@@ -149,6 +150,7 @@ VerificationResult VerifyPair(const VerificationInput& input, const Verification
   VerificationResult result;
   result.consensus = input.consensus.value_or(0);
   result.consensus_null = input.consensus_null;
+  result.sighted = input.source.scanner_credible || input.target.scanner_credible;
   MeasureClouds(input, &result);
   MeasureChange(input, &result);
   result.reason = FindFault(input, options, result);
@@ -164,9 +166,13 @@ bool IsContradictedMore(const VerificationResult& a, const VerificationResult& b
 }
 
 bool IsClearlyBetter(const VerificationResult& best, const VerificationResult& rival) {
+  // A motion that puts both scanners on mirrored places makes them sample the surfaces alike, and
+  // fits by some hundredths better than the true one: only contradictions tell such motions apart.
+  constexpr double kSamplingBias = 0.05;
+  const double bias = best.sighted && rival.sighted ? kSamplingBias : 0.0;
   return IsContradictedMore(rival, best) ||
          best.quality.value - rival.quality.value >
-             kSigmas * std::hypot(best.quality.sigma, rival.quality.sigma);
+             std::max(bias, kSigmas * std::hypot(best.quality.sigma, rival.quality.sigma));
 }
 
 void MarkAmbiguous(VerificationResult* result) {

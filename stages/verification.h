@@ -11,13 +11,12 @@
 namespace backsight {
 
 struct VerificationOptions {
-  int min_consensus = 10;          ///< distinct key points
-  int min_above_chance = 4;        ///< consensus beyond what shuffled correspondences reach
-  double min_overlap = 0.05;       ///< rejected below
-  double sure_overlap = 0.1;       ///< doubtful below
-  double sure_conflict = 0.1;      ///< doubtful from here: share of blocks seen through
-  double max_conflict = 0.25;      ///< rejected from here
-  double strict_conflict = 0.025;  ///< doubtful from here where a station is symmetric
+  int min_consensus = 10;        ///< distinct key points
+  int min_above_chance = 4;      ///< consensus beyond what shuffled correspondences reach
+  double min_overlap = 0.05;     ///< rejected below
+  double sure_overlap = 0.1;     ///< doubtful below
+  double sure_conflict = 0.025;  ///< doubtful from here: share of blocks seen through
+  double max_conflict = 0.25;    ///< rejected from here
 };
 void VisitOptions(OptionVisitor& visitor, VerificationOptions& options);
 
@@ -43,8 +42,6 @@ struct VerificationInput {
   /// Standard deviation of the levelling of both stations together, radians; absent where not both
   /// are levelled.
   std::optional<double> level_sigma_rad;
-  /// A station looks like itself from elsewhere, so that agreement proves less.
-  bool symmetric = false;
 };
 
 enum class Verdict { kAccepted, kDoubtful, kRejected };
@@ -61,12 +58,12 @@ struct VerificationResult {
     kFreeSpace,         ///< one scanner saw through surfaces that the other would put there
     kFarFromStart,      ///< refined farther away than the start should be wrong
     kUndetermined,      ///< one direction is held by nothing
-    kSymmetric,         ///< a symmetric station, and conflicts that only a unique one could afford
     kAmbiguous,         ///< a rival motion fits as well
     kContradictsPrior,  ///< the priors of both stations rule the motion out
   };
   Verdict verdict = Verdict::kRejected;
   Reason reason = Reason::kNotRegistered;
+  bool sighted = false;  ///< a scanner is credible, so that free space can contradict the motion
   double overlap = 0.0;  ///< share of voxels that meet an occupied voxel, the smaller direction
   CloudAgreement source_in_target;  ///< the source's cloud before the target's scanner
   CloudAgreement target_in_source;
