@@ -128,24 +128,17 @@ void RankCandidates(std::vector<PairCandidate>* candidates) {
   }
 }
 
-/// Whether two motions of a pair are one: closer than 5 deg, and than 10 l at the source's scanner.
-bool Alike(const RigidTransform& a, const RigidTransform& b, double resolution_m) {
-  constexpr double kNearAngle = 5.0 * std::numbers::pi / 180.0;
-  return (a.translation - b.translation).norm() < 10.0 * resolution_m &&
-         RotationAngle(a.rotation, b.rotation) < kNearAngle;
-}
-
 /// Refines and verifies the coarse candidates that are not there yet.
 void AddCandidates(const PairClouds& clouds, const CoarseInput& input, CoarseResult coarse,
                    const SurveyOptions& options, const ExecutionContext& context, Pair* pair) {
   pair->coarse_status = coarse.status;
   pair->consensus_null = coarse.consensus_null;
   for (CoarseCandidate& candidate : coarse.candidates) {
-    const bool known = std::any_of(pair->candidates.begin(), pair->candidates.end(),
-                                   [&](const PairCandidate& other) {
-                                     return Alike(other.coarse.target_from_source,
-                                                  candidate.target_from_source, input.resolution_m);
-                                   });
+    const bool known = std::any_of(
+        pair->candidates.begin(), pair->candidates.end(), [&](const PairCandidate& other) {
+          return IsSameMotion(other.coarse.target_from_source, candidate.target_from_source,
+                              input.resolution_m);
+        });
     if (known) continue;
     std::vector<Eigen::Vector3d> structure_points;
     for (const std::uint32_t row : candidate.inliers) {
@@ -212,22 +205,22 @@ void RegisterUnguarded(const Station& source, const Station& target, const Surve
   RankCandidates(&pair->candidates);
 }
 
-void RegisterFromUnguarded(const Station& source, const Station& target,
-                           const SurveyOptions& options, const ExecutionContext& context,
-                           const RigidTransform& predicted, Pair* pair) {
+/// Refines and verifies a motion that no correspondences have proposed.
+PairCandidate MakeFromMotion(const Station& source, const Station& target,
+                             const SurveyOptions& options, const ExecutionContext& context,
+                             const RigidTransform& motion) {
   const PairClouds clouds(source, target);
   const double l = target.model.resolution_m();
   CoarseCandidate start;
-  start.target_from_source = predicted;
+  start.target_from_source = motion;
   // A prior so weak (10 l, 5 deg) that it only keeps the solution defined.
   constexpr double kTurnSigma = 5.0 * std::numbers::pi / 180.0;
   start.information.diagonal() << Eigen::Vector3d::Constant(1.0 / (kTurnSigma * kTurnSigma)),
       Eigen::Vector3d::Constant(1.0 / (100.0 * l * l));
   const Correspondences near =
       MatchPositions(KeypointPositions(source.model, source.features),
-                     KeypointPositions(target.model, target.features), predicted, 4.0 * l);
-  pair->candidates.push_back(
-      MakeCandidate(clouds, std::move(start), near.target, std::nullopt, 0, options, context));
+                     KeypointPositions(target.model, target.features), motion, 4.0 * l);
+  return MakeCandidate(clouds, std::move(start), near.target, std::nullopt, 0, options, context);
 }
 
 /// Runs a pair's registration; what goes wrong ends in its `fault`.
@@ -248,6 +241,12 @@ void Guard(const std::vector<Station>& stations, const ExecutionContext& context
 }
 
 }  // namespace
+
+bool IsSameMotion(const RigidTransform& a, const RigidTransform& b, double resolution_m) {
+  constexpr double kNearAngle = 5.0 * std::numbers::pi / 180.0;
+  return (a.translation - b.translation).norm() < 10.0 * resolution_m &&
+         RotationAngle(a.rotation, b.rotation) < kNearAngle;
+}
 
 double LinkConfidence(const PairCandidate& candidate) {
   return (1.0 + candidate.fine.planes) * candidate.verification.overlap;
@@ -290,7 +289,24 @@ void RegisterPairFrom(const std::vector<Station>& stations, const SurveyOptions&
                       const RigidTransform& predicted_target_from_source, Pair* pair) {
   pair->predicted = true;
   Guard(stations, context, pair, [&](const Station& source, const Station& target) {
-    RegisterFromUnguarded(source, target, options, context, predicted_target_from_source, pair);
+    pair->candidates.push_back(
+        MakeFromMotion(source, target, options, context, predicted_target_from_source));
+  });
+}
+
+void AddMotion(const std::vector<Station>& stations, const SurveyOptions& options,
+               const ExecutionContext& context, const RigidTransform& target_from_source,
+               Pair* pair) {
+  Guard(stations, context, pair, [&](const Station& source, const Station& target) {
+    const double l = target.model.resolution_m();
+    PairCandidate candidate = MakeFromMotion(source, target, options, context, target_from_source);
+    const bool known = std::any_of(
+        pair->candidates.begin(), pair->candidates.end(), [&](const PairCandidate& other) {
+          return IsSameMotion(other.fine.target_from_source, candidate.fine.target_from_source, l);
+        });
+    if (known || candidate.verification.verdict == Verdict::kRejected) return;
+    pair->candidates.push_back(std::move(candidate));
+    RankCandidates(&pair->candidates);
   });
 }
 

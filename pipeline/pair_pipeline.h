@@ -37,6 +37,9 @@ struct Pair {
   bool doubtful() const { return verdict() == Verdict::kDoubtful; }
 };
 
+/// Whether two motions of a pair are one: closer than 5 deg, and than 10 l at the source's scanner.
+bool IsSameMotion(const RigidTransform& a, const RigidTransform& b, double resolution_m);
+
 /// Confidence of a motion for spanning trees: planes times overlap.
 double LinkConfidence(const PairCandidate& candidate);
 
@@ -55,6 +58,12 @@ void RegisterPair(const std::vector<Station>& stations, const SurveyOptions& opt
 void RegisterPairFrom(const std::vector<Station>& stations, const SurveyOptions& options,
                       const ExecutionContext& context,
                       const RigidTransform& predicted_target_from_source, Pair* pair);
+
+/// Refines and verifies one more motion of a registered pair, and ranks it among the candidates
+/// unless it is one of them or rejected.
+void AddMotion(const std::vector<Station>& stations, const SurveyOptions& options,
+               const ExecutionContext& context, const RigidTransform& target_from_source,
+               Pair* pair);
 
 /// All pairs, side by side.
 void RegisterPairs(const std::vector<Station>& stations, const SurveyOptions& options,

@@ -6,6 +6,7 @@
 #include "pipeline/report_pictures.h"
 #include "pipeline/run_outputs.h"
 #include "pipeline/run_summary.h"
+#include "pipeline/symmetry_challenge.h"
 
 namespace backsight {
 namespace {
@@ -35,7 +36,8 @@ SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
   const std::vector<Station> stations = LoadStations(project.stations, options, context);
   clock.Finish("stations");
 
-  const PairDiscovery discovery = DiscoverPairs(stations, project.pairs, options, context);
+  PairDiscovery discovery = DiscoverPairs(stations, project.pairs, options, context);
+  ChallengeSymmetries(stations, options, context, &discovery.pairs);
   clock.Finish("pairs");
 
   const Network network = BuildNetwork(stations, discovery.pairs, options, context);

@@ -14,9 +14,9 @@ namespace backsight {
 /// gathers much the same surfaces, so a pair with a symmetric station has rivals.
 ///
 /// The station is matched with itself, its key points with others than themselves; RGN and RGE
-/// and its structure (FindStructureImages) propose, the clouds decide: at least a quarter of the voxels on surfaces of like normal and
-/// fewer than a tenth of the blocks in view seen through. With each motion its inverse; at most 24,
-/// best first. Cost as of one coarse registration.
+/// and its structure (FindStructureImages) propose, the clouds decide: at least a quarter of the
+/// voxels on surfaces of like normal and fewer than a tenth of the blocks in view seen through.
+/// With each motion its inverse; at most 24, best first. Cost as of one coarse registration.
 std::vector<RigidTransform> FindSymmetries(const Surface& surface, const StationFeatures& features,
                                            const CloudIndex& index, const MatchingOptions& matching,
                                            const CoarseOptions& coarse,

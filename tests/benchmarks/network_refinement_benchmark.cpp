@@ -9,6 +9,7 @@
 
 #include "core/random.h"
 #include "stages/network_refinement.h"
+#include "tests/support/synthetic_network.h"
 
 // Planar adjustment over 200 stations of a synthetic town with more than 100,000 planes:
 //   network_refinement_benchmark [THREADS]
@@ -116,8 +117,7 @@ void Run(int threads) {
   NetworkRefinementInput input;
   for (const StationModel& model : models) input.stations.push_back(&model);
   input.links = LinkNeighbors(random, truth);
-  const PoseGraphResult graph =
-      SolvePoseGraph(static_cast<int>(truth.size()), input.links, {.robust = false});
+  const PoseGraphResult graph = SolveWithCovariance(static_cast<int>(truth.size()), input.links);
   input.survey_from_station = graph.survey_from_station;
   input.covariance = graph.covariance;
   fmt::print("stations {} voxels {} links {} threads {} memory before {:.0f} MB\n", truth.size(),

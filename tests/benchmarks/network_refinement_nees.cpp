@@ -13,6 +13,7 @@
 #include "stages/normal_orientation.h"
 #include "stages/normals.h"
 #include "stages/simulation/campaign.h"
+#include "tests/support/synthetic_network.h"
 
 // Do the stated uncertainties come true? Simulates scenes in process, refines the network from
 // disturbed poses, and prints the normalised estimation error squared per degree of freedom:
@@ -114,8 +115,7 @@ double RunOne(const std::string& path, std::uint64_t seed, const ExecutionContex
     input.normals.push_back(&normals[s]);
   }
   input.links = MakeLinks(campaign, random);
-  const PoseGraphResult graph =
-      SolvePoseGraph(static_cast<int>(models.size()), input.links, {.robust = false});
+  const PoseGraphResult graph = SolveWithCovariance(static_cast<int>(models.size()), input.links);
   input.survey_from_station = graph.survey_from_station;
   input.covariance = graph.covariance;
   const NetworkRefinementResult result = RefineNetwork(input, {}, context);

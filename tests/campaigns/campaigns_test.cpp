@@ -39,10 +39,12 @@ const CampaignCase kSmallCases[] = {
     {.name = "emptyhall", .scene = EmptyHall, .undecidable = true},
     {.name = "forest", .scene = Forest, .resolution_m = 0.1},
     {.name = "twobuildings", .scene = TwoBuildings, .components = 2},
-    {.name = "corridor", .scene = RingCorridor, .resolution_m = 0.1},
     {.name = "courtyard", .scene = Courtyard},
     {.name = "yard", .scene = Yard},
 };
+/// Placed in part only so far: most of its true motions have too few key points to be accepted, and
+/// a single loop of ten does not confirm doubtful ones. Nothing wrong may come of it all the same.
+const CampaignCase kCorridor = {.name = "corridor", .scene = RingCorridor, .resolution_m = 0.1};
 const CampaignCase kTown = {.name = "town", .scene = Town, .resolution_m = 0.3};
 
 class Campaigns : public testing::TestWithParam<std::tuple<CampaignCase, std::uint64_t>> {
@@ -78,6 +80,10 @@ INSTANTIATE_TEST_SUITE_P(Small, Campaigns,
 INSTANTIATE_TEST_SUITE_P(Big, Campaigns,
                          testing::Combine(testing::ValuesIn(kSmallCases),
                                           testing::Values(2U, 3U, 4U, 5U)),
+                         NameOf);
+INSTANTIATE_TEST_SUITE_P(BigCorridor, Campaigns,
+                         testing::Combine(testing::Values(kCorridor),
+                                          testing::Values(1U, 2U, 3U, 4U, 5U)),
                          NameOf);
 INSTANTIATE_TEST_SUITE_P(Town, Campaigns,
                          testing::Combine(testing::Values(kTown), testing::Values(1U)), NameOf);

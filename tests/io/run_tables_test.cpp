@@ -139,10 +139,10 @@ TEST(RunJson, ParsesBackWithStableKeys) {
   const auto json = nlohmann::ordered_json::parse(text);
   std::vector<std::string> keys;
   for (const auto& [key, value] : json.items()) keys.push_back(key);
-  EXPECT_EQ(keys, (std::vector<std::string>{
-                      "schema_version", "project_name", "version", "verdict", "exit_code", "gates",
-                      "network", "components", "closures", "poses", "links", "skipped_pairs",
-                      "scans", "outputs", "warnings"}));
+  EXPECT_EQ(keys, (std::vector<std::string>{"schema_version", "project_name", "version", "verdict",
+                                            "exit_code", "gates", "network", "components",
+                                            "closures", "poses", "links", "skipped_pairs", "scans",
+                                            "outputs", "warnings"}));
   EXPECT_EQ(json["links"].size(), run.links.size());
   EXPECT_EQ(json["links"][0]["rms_m"], run.links[0].rms_m);
   EXPECT_TRUE(json["links"][11]["target_from_source"].is_null());

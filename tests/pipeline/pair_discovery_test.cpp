@@ -86,7 +86,7 @@ TEST(PairDiscovery, FewStationsAreTriedPairByPair) {
   EXPECT_EQ(found.predicted, 0);
   EXPECT_EQ(found.components, 1);
   for (const Pair& pair : found.pairs) {
-    EXPECT_TRUE(pair.accepted());
+    EXPECT_NE(pair.verdict(), Verdict::kRejected);
     EXPECT_LT(yards.Error(pair), 0.01);
   }
 }
@@ -162,7 +162,7 @@ TEST(PairDiscovery, EveryPairReachesTheRecords) {
   SurveyProject project;
   project.pairs.exclude = {{"S1", "S3"}};
   const PairDiscovery found = DiscoverPairs(yards.stations, project.pairs, {}, ExecutionContext(1));
-  const Network network = BuildNetwork(yards.stations, found.pairs, {});
+  const Network network = BuildNetwork(yards.stations, found.pairs, {}, ExecutionContext(1));
   const RunRecord run = SummarizeRun(project, yards.stations, found, network, {});
   ASSERT_EQ(run.links.size(), 3U);
   EXPECT_EQ(run.links[2].status, LinkStatus::kSkipped);

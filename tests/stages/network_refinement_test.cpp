@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 
 #include "tests/support/matchers.h"
+#include "tests/support/synthetic_network.h"
 #include "tests/support/synthetic_planes.h"
 
 namespace backsight {
@@ -83,8 +84,8 @@ void LinkAll(Random& random, Campaign* campaign) {
 }
 
 void SolveGraph(Campaign* campaign) {
-  const PoseGraphResult graph = SolvePoseGraph(static_cast<int>(campaign->truth.size()),
-                                               campaign->input.links, {.robust = false});
+  const PoseGraphResult graph =
+      SolveWithCovariance(static_cast<int>(campaign->truth.size()), campaign->input.links);
   campaign->input.survey_from_station = graph.survey_from_station;
   campaign->input.covariance = graph.covariance;
 }

@@ -13,6 +13,7 @@ inline NetworkOptions Exact() {
   NetworkOptions options;
   options.floor_rotation_deg = 0.0;
   options.floor_translation_m = 0.0;
+  options.score_noise = 0.02;  // as the synthetic halls have it
   return options;
 }
 

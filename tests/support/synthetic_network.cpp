@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 
+#include "graph/network_covariance.h"
 #include "tests/support/matchers.h"
 
 namespace backsight {
@@ -163,6 +164,14 @@ std::vector<char> FalsifyLinks(std::uint64_t seed, double share,
     --left;
   }
   return is_false;
+}
+
+PoseGraphResult SolveWithCovariance(int stations, const std::vector<PoseGraphLink>& links) {
+  PoseGraphResult graph = SolvePoseGraph(stations, links, {}, {.robust = false});
+  const Eigen::MatrixXd joint = JointCovariance(
+      links, graph.weights, FirstOfEachComponent(graph.component), graph.survey_from_station);
+  for (int s = 0; s < stations; ++s) graph.covariance.push_back(joint.block<6, 6>(6 * s, 6 * s));
+  return graph;
 }
 
 }  // namespace backsight

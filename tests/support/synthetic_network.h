@@ -29,6 +29,9 @@ SyntheticNetwork MakeTown(std::uint64_t seed, int stations, int links_per_statio
 /// average; each score has normal noise of `score_noise`. Links alternate: true, turned.
 SyntheticNetwork MakeHall(std::uint64_t seed, int stations, double lead, double score_noise);
 
+/// The adjusted pose graph of one component, all links used, with the stations' covariances.
+PoseGraphResult SolveWithCovariance(int stations, const std::vector<PoseGraphLink>& links);
+
 /// Replaces a share of the links by random motions, any of them but such that each station keeps at
 /// least two true ones: with one true against one false none could tell which.
 std::vector<char> ReplaceByRandom(std::uint64_t seed, double share,

@@ -1,0 +1,64 @@
+#include "pipeline/symmetry_challenge.h"
+
+#include <algorithm>
+
+namespace backsight {
+namespace {
+
+constexpr std::size_t kMostSymmetries = 6;  // of one station
+
+using Motions = std::vector<RigidTransform>;
+
+void AddDistinct(const RigidTransform& motion, double resolution_m, Motions* motions) {
+  const bool known = std::any_of(
+      motions->begin(), motions->end(),
+      [&](const RigidTransform& other) { return IsSameMotion(other, motion, resolution_m); });
+  if (!known && motions->size() < kMostSymmetries) motions->push_back(motion);
+}
+
+/// Per station, in its instrument frame: motions under which its surroundings look the same, as its
+/// ambiguous pairs have it.
+std::vector<Motions> CollectSymmetries(const std::vector<Station>& stations,
+                                       const std::vector<Pair>& pairs) {
+  std::vector<Motions> symmetries(stations.size());
+  for (const Pair& pair : pairs) {
+    if (pair.reason() != VerificationResult::Reason::kAmbiguous) continue;
+    const auto source = static_cast<std::size_t>(pair.source);
+    const auto target = static_cast<std::size_t>(pair.target);
+    const double l = stations[target].model.resolution_m();
+    const RigidTransform& best = pair.candidates.front().fine.target_from_source;
+    for (std::size_t c = 1; c < pair.candidates.size(); ++c) {
+      const PairCandidate& rival = pair.candidates[c];
+      if (IsClearlyBetter(pair.candidates.front().verification, rival.verification)) continue;
+      const RigidTransform turn = rival.fine.target_from_source * best.Inverse();
+      const RigidTransform turn_of_source = best.Inverse() * rival.fine.target_from_source;
+      for (const RigidTransform& motion : {turn, turn.Inverse()}) {
+        AddDistinct(motion, l, &symmetries[target]);
+      }
+      for (const RigidTransform& motion : {turn_of_source, turn_of_source.Inverse()}) {
+        AddDistinct(motion, l, &symmetries[source]);
+      }
+    }
+  }
+  return symmetries;
+}
+
+}  // namespace
+
+void ChallengeSymmetries(const std::vector<Station>& stations, const SurveyOptions& options,
+                         const ExecutionContext& context, std::vector<Pair>* pairs) {
+  const std::vector<Motions> symmetries = CollectSymmetries(stations, *pairs);
+  context.ParallelFor(pairs->size(), [&](std::size_t i) {
+    Pair& pair = (*pairs)[i];
+    if (!pair.accepted()) return;
+    const RigidTransform best = pair.best()->fine.target_from_source;
+    for (const RigidTransform& turn : symmetries[static_cast<std::size_t>(pair.target)]) {
+      AddMotion(stations, options, context, turn * best, &pair);
+    }
+    for (const RigidTransform& turn : symmetries[static_cast<std::size_t>(pair.source)]) {
+      AddMotion(stations, options, context, best * turn, &pair);
+    }
+  });
+}
+
+}  // namespace backsight
