@@ -177,6 +177,7 @@ class Finder {
           FindComponents(static_cast<int>(poses_.size()), links_, without);
       if (At(part, link.source) == At(part, link.target)) continue;
       std::vector<char> inside;
+      inside.reserve(part.size());
       for (const int p : part) inside.push_back(p == At(part, link.source) ? 1 : 0);
       Consider(votes, inside, &search);
     }

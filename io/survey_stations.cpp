@@ -181,6 +181,7 @@ std::vector<StationSpec> ReadStations(const YamlValue& list) {
   std::map<std::string, int> ids;
   std::map<ScanKey, int> scans;
   const auto items = list.Items(0, kMaxStations);
+  stations.reserve(items.size());
   for (const YamlValue& item : items) stations.push_back(ReadStation(item, ids, scans));
   if (list.IsSequence() && items.size() < 2) list.Reject("at least 2 stations");
   return stations;

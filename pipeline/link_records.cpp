@@ -72,11 +72,15 @@ void FillMotion(const Station& source, const Station& target, const PairCandidat
   record->iterations = motion.fine.iterations;
 }
 
-/// What the network made of it. Covariances are carried from instrument to station frames.
-void FillNetwork(const Station& target, const NetworkCandidate& candidate, LinkRecord* record) {
+/// What the network made of it. Covariances are carried from instrument to station frames; a
+/// residual exists only where both stations stand in one component.
+void FillNetwork(const Station& target, const NetworkCandidate& candidate, bool same_frame,
+                 LinkRecord* record) {
   record->network_weight = candidate.used() ? 1.0 : 0.0;
-  record->network_residual_m = candidate.residual.tail<3>().norm();
-  record->network_residual_deg = candidate.residual.head<3>().norm() * kDegrees;
+  if (same_frame) {
+    record->network_residual_m = candidate.residual.tail<3>().norm();
+    record->network_residual_deg = candidate.residual.head<3>().norm() * kDegrees;
+  }
   if (candidate.used()) {
     record->status = LinkStatus::kAccepted;
     record->reason.clear();
@@ -86,7 +90,13 @@ void FillNetwork(const Station& target, const NetworkCandidate& candidate, LinkR
     return;
   }
   record->status = LinkStatus::kRejected;
-  record->reason = candidate.refuted ? "refuted_by_views" : ToString(candidate.fate);
+  // Why it was doubtful says more than that nothing confirmed it.
+  const bool has_doubt = candidate.fate == LinkFate::kUnconfirmed && !record->reason.empty();
+  if (candidate.refuted) {
+    record->reason = "refuted_by_views";
+  } else if (!has_doubt) {
+    record->reason = ToString(candidate.fate);
+  }
 }
 
 LinkRecord MakeLinkRecord(const std::vector<Station>& stations, const Network& network,
@@ -113,7 +123,10 @@ LinkRecord MakeLinkRecord(const std::vector<Station>& stations, const Network& n
   const NetworkCandidate& candidate = network.candidates[static_cast<std::size_t>(reported)];
   FillMotion(source, target, pair.candidates[static_cast<std::size_t>(candidate.candidate)],
              &record);
-  FillNetwork(target, candidate, &record);
+  const int component = network.component[static_cast<std::size_t>(pair.source)];
+  const bool same_frame =
+      component >= 0 && component == network.component[static_cast<std::size_t>(pair.target)];
+  FillNetwork(target, candidate, same_frame, &record);
   return record;
 }
 

@@ -103,10 +103,10 @@ bool RefuteBridges(const std::vector<Surface>& surfaces, const std::vector<Stati
     candidate_of.push_back(l);
   }
   network->check = CheckPlacements(input, options, context);
-  for (const int bridge : network->check.refuted_bridges) {
-    network->candidates[candidate_of[static_cast<std::size_t>(bridge)]].refuted = true;
-  }
-  return !network->check.refuted_bridges.empty();
+  const int bridge = network->check.refuted_bridge;
+  if (bridge < 0) return false;
+  network->candidates[candidate_of[static_cast<std::size_t>(bridge)]].refuted = true;
+  return true;
 }
 
 /// Input of the planar adjustment of one component; link indices become those within it.
@@ -235,6 +235,7 @@ Network BuildNetwork(const std::vector<Station>& stations, const std::vector<Pai
   Network network;
   const std::vector<NetworkLink> links = MakeLinks(pairs, &network);
   std::vector<Surface> surfaces;
+  surfaces.reserve(stations.size());
   for (const Station& station : stations) {
     surfaces.push_back(
         {station.model, station.features.normals, station.features.scanner_credible});

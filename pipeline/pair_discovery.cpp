@@ -62,29 +62,6 @@ std::vector<RankedStation> RankedStations(const std::vector<Station>& stations) 
   return ranked;
 }
 
-/// Rejects motions that the priors of both stations rule out; a rival that they allow comes first.
-void CheckPriors(const std::vector<Station>& stations, Pair* pair) {
-  const Station& source = stations[At(pair->source)];
-  const Station& target = stations[At(pair->target)];
-  if (!source.spec.prior || !target.spec.prior) return;
-  for (PairCandidate& candidate : pair->candidates) {
-    if (candidate.verification.verdict == Verdict::kRejected) continue;
-    const RigidTransform motion = target.model.StationFromInstrument() *
-                                  candidate.fine.target_from_source *
-                                  source.model.StationFromInstrument().Inverse();
-    if (!ContradictsPriors(*source.spec.prior, *target.spec.prior, motion,
-                           target.model.resolution_m())) {
-      continue;
-    }
-    candidate.verification.verdict = Verdict::kRejected;
-    candidate.verification.reason = VerificationResult::Reason::kContradictsPrior;
-  }
-  std::stable_partition(pair->candidates.begin(), pair->candidates.end(),
-                        [](const PairCandidate& candidate) {
-                          return candidate.verification.verdict != Verdict::kRejected;
-                        });
-}
-
 /// The state of one discovery.
 class Discovery {
  public:
@@ -185,10 +162,13 @@ class Discovery {
       results[k].target = candidates_[i].target;
       if (full) {
         RegisterPair(stations_, options_, context_, &results[k]);
+      } else if (pairs_[i].best() != nullptr) {
+        // The prediction competes with what correspondences found; it must not hide their doubts.
+        results[k] = pairs_[i];
+        AddMotion(stations_, options_, context_, Relative(i), &results[k]);
       } else {
         RegisterPairFrom(stations_, options_, context_, Relative(i), &results[k]);
       }
-      CheckPriors(stations_, &results[k]);
       context_.Progress("pairs", ++done, total);
     });
     for (std::size_t k = 0; k < batch.pairs.size(); ++k) {

@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "core/random.h"
 #include "stages/matching.h"
+#include "stages/station_priors.h"
 #include "stages/structure_images.h"
 
 namespace backsight {
@@ -96,10 +97,40 @@ PairCandidate MakeCandidate(const PairClouds& clouds, CoarseCandidate coarse,
   return candidate;
 }
 
+/// Motions from different starts may have been refined to the same one: the first of them stays.
+void EraseRepeats(double resolution_m, std::vector<PairCandidate>* candidates) {
+  std::vector<PairCandidate> distinct;
+  for (PairCandidate& candidate : *candidates) {
+    const bool repeated =
+        std::any_of(distinct.begin(), distinct.end(), [&](const PairCandidate& other) {
+          return IsSameMotion(other.fine.target_from_source, candidate.fine.target_from_source,
+                              resolution_m);
+        });
+    if (!repeated) distinct.push_back(std::move(candidate));
+  }
+  *candidates = std::move(distinct);
+}
+
+/// Rejects a motion that the priors of both stations rule out.
+void CheckPriors(const Station& source, const Station& target, PairCandidate* candidate) {
+  if (!source.spec.prior || !target.spec.prior) return;
+  const RigidTransform motion = target.model.StationFromInstrument() *
+                                candidate->fine.target_from_source *
+                                source.model.StationFromInstrument().Inverse();
+  VerificationResult& verification = candidate->verification;
+  if (verification.verdict == Verdict::kRejected ||
+      !ContradictsPriors(*source.spec.prior, *target.spec.prior, motion,
+                         target.model.resolution_m())) {
+    return;
+  }
+  verification.verdict = Verdict::kRejected;
+  verification.reason = VerificationResult::Reason::kContradictsPrior;
+}
+
 /// Puts the best candidate first: among those that no scanner contradicts significantly more than
 /// the least contradicted, the one whose surfaces fit best. Where another fits as well, no
 /// candidate is accepted.
-void RankCandidates(std::vector<PairCandidate>* candidates) {
+void RankCandidates(double resolution_m, std::vector<PairCandidate>* candidates) {
   const auto rejected = [](const PairCandidate& c) {
     return c.verification.verdict == Verdict::kRejected;
   };
@@ -108,6 +139,8 @@ void RankCandidates(std::vector<PairCandidate>* candidates) {
                      if (rejected(a) != rejected(b)) return rejected(b);
                      return a.verification.conflict.value < b.verification.conflict.value;
                    });
+  EraseRepeats(resolution_m, candidates);
+  if (candidates->empty()) return;
   std::size_t best = 0;
   for (std::size_t i = 1; i < candidates->size(); ++i) {
     if (rejected((*candidates)[i])) break;
@@ -129,9 +162,9 @@ void RankCandidates(std::vector<PairCandidate>* candidates) {
 }
 
 /// Refines and verifies the coarse candidates that are not there yet.
-void AddCandidates(const PairClouds& clouds, const CoarseInput& input, CoarseResult coarse,
-                   const SurveyOptions& options, const ExecutionContext& context, Pair* pair) {
-  pair->coarse_status = coarse.status;
+void AddCandidates(const Station& source, const Station& target, const PairClouds& clouds,
+                   const CoarseInput& input, CoarseResult coarse, const SurveyOptions& options,
+                   const ExecutionContext& context, Pair* pair) {
   pair->consensus_null = coarse.consensus_null;
   for (CoarseCandidate& candidate : coarse.candidates) {
     const bool known = std::any_of(
@@ -148,6 +181,7 @@ void AddCandidates(const PairClouds& clouds, const CoarseInput& input, CoarseRes
     pair->candidates.push_back(MakeCandidate(clouds, std::move(candidate),
                                              std::move(structure_points), consensus,
                                              coarse.consensus_null, options, context));
+    CheckPriors(source, target, &pair->candidates.back());
   }
 }
 
@@ -196,13 +230,13 @@ void RegisterUnguarded(const Station& source, const Station& target, const Surve
   };
   input.cloud_refine = [&](const RigidTransform& motion) { return clouds.Refine(motion); };
   pair->correspondences = static_cast<int>(input.correspondences.size());
-  AddCandidates(clouds, input, RegisterCoarse(input, options.coarse, context), options, context,
-                pair);
-  RankCandidates(&pair->candidates);
+  AddCandidates(source, target, clouds, input, RegisterCoarse(input, options.coarse, context),
+                options, context, pair);
+  RankCandidates(input.resolution_m, &pair->candidates);
   if (!IsSuspicious(*pair, options.verification)) return;
-  AddCandidates(clouds, input, RegisterCoarse(input, Thorough(options.coarse), context), options,
-                context, pair);
-  RankCandidates(&pair->candidates);
+  AddCandidates(source, target, clouds, input,
+                RegisterCoarse(input, Thorough(options.coarse), context), options, context, pair);
+  RankCandidates(input.resolution_m, &pair->candidates);
 }
 
 /// Refines and verifies a motion that no correspondences have proposed.
@@ -220,7 +254,10 @@ PairCandidate MakeFromMotion(const Station& source, const Station& target,
   const Correspondences near =
       MatchPositions(KeypointPositions(source.model, source.features),
                      KeypointPositions(target.model, target.features), motion, 4.0 * l);
-  return MakeCandidate(clouds, std::move(start), near.target, std::nullopt, 0, options, context);
+  PairCandidate candidate =
+      MakeCandidate(clouds, std::move(start), near.target, std::nullopt, 0, options, context);
+  CheckPriors(source, target, &candidate);
+  return candidate;
 }
 
 /// Runs a pair's registration; what goes wrong ends in its `fault`.
@@ -297,17 +334,20 @@ void RegisterPairFrom(const std::vector<Station>& stations, const SurveyOptions&
 void AddMotion(const std::vector<Station>& stations, const SurveyOptions& options,
                const ExecutionContext& context, const RigidTransform& target_from_source,
                Pair* pair) {
-  Guard(stations, context, pair, [&](const Station& source, const Station& target) {
-    const double l = target.model.resolution_m();
-    PairCandidate candidate = MakeFromMotion(source, target, options, context, target_from_source);
-    const bool known = std::any_of(
-        pair->candidates.begin(), pair->candidates.end(), [&](const PairCandidate& other) {
-          return IsSameMotion(other.fine.target_from_source, candidate.fine.target_from_source, l);
-        });
-    if (known || candidate.verification.verdict == Verdict::kRejected) return;
-    pair->candidates.push_back(std::move(candidate));
-    RankCandidates(&pair->candidates);
-  });
+  Pair attempt;  // a failure here says nothing against what the pair has
+  attempt.source = pair->source;
+  attempt.target = pair->target;
+  RegisterPairFrom(stations, options, context, target_from_source, &attempt);
+  if (attempt.candidates.empty()) return;
+  PairCandidate& candidate = attempt.candidates.front();
+  if (candidate.verification.verdict == Verdict::kRejected) return;
+  if (!pair->candidates.empty() &&
+      IsContradictedMore(candidate.verification, pair->candidates.front().verification)) {
+    return;
+  }
+  pair->candidates.push_back(std::move(candidate));
+  RankCandidates(stations[static_cast<std::size_t>(pair->target)].model.resolution_m(),
+                 &pair->candidates);
 }
 
 void RegisterPairs(const std::vector<Station>& stations, const SurveyOptions& options,

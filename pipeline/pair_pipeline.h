@@ -22,7 +22,6 @@ struct Pair {
   int source = 0;
   int target = 0;
   int correspondences = 0;
-  CoarseResult::Status coarse_status = CoarseResult::Status::kTooFewCorrespondences;
   int consensus_null = 0;  ///< what chance alone reaches
   /// Best first; all but the first are its rivals. Empty where the coarse registration found none.
   std::vector<PairCandidate> candidates;
@@ -60,7 +59,8 @@ void RegisterPairFrom(const std::vector<Station>& stations, const SurveyOptions&
                       const RigidTransform& predicted_target_from_source, Pair* pair);
 
 /// Refines and verifies one more motion of a registered pair, and ranks it among the candidates
-/// unless it is one of them or rejected.
+/// unless it is one of them, rejected, or contradicted more than the best. One that fits less
+/// closely stays for the network to compare.
 void AddMotion(const std::vector<Station>& stations, const SurveyOptions& options,
                const ExecutionContext& context, const RigidTransform& target_from_source,
                Pair* pair);

@@ -117,6 +117,12 @@ void AddWarnings(RunRecord* run) {
           fmt::format("link {} - {} contradicts the network by {:.3f} m and was removed",
                       link.source, link.target, link.network_residual_m));
     }
+    if (link.reason == "refuted_by_views") {
+      run->warnings.push_back(fmt::format(
+          "link {} - {} was the only one between two parts of the network, whose stations saw "
+          "through each other's surfaces; the parts were left apart",
+          link.source, link.target));
+    }
     if (link.status == LinkStatus::kAccepted && !link.loop_controlled.value_or(false)) {
       run->warnings.push_back(
           fmt::format("link {} - {} is uncontrolled: no loop of other links checks it", link.source,
@@ -192,7 +198,9 @@ RunRecord SummarizeRun(const SurveyProject& project, const std::vector<Station>&
   AddWarnings(&run);
   AddPlacementWarnings(stations, network, &run);
   const PoseGraphResult& poses = network.solution.poses;
-  if (!poses.weights.empty() && !poses.converged) {
+  const bool any_link = std::any_of(network.candidates.begin(), network.candidates.end(),
+                                    [](const NetworkCandidate& c) { return c.used(); });
+  if (any_link && !poses.converged) {
     run.warnings.push_back("the network adjustment did not converge; its poses are provisional");
     if (run.exit_code == kComplete) run.exit_code = kPartial;
   }

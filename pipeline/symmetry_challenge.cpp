@@ -16,6 +16,12 @@ void AddDistinct(const RigidTransform& motion, double resolution_m, Motions* mot
   if (!known && motions->size() < kMostSymmetries) motions->push_back(motion);
 }
 
+/// Whether the clouds look alike under a motion, whatever else speaks against it as a registration.
+bool IsLikeness(const VerificationResult& verification) {
+  return verification.verdict != Verdict::kRejected ||
+         verification.reason == VerificationResult::Reason::kNotSignificant;
+}
+
 /// Per station, in its instrument frame: motions under which its surroundings look the same, as its
 /// ambiguous pairs have it.
 std::vector<Motions> CollectSymmetries(const std::vector<Station>& stations,
@@ -29,7 +35,10 @@ std::vector<Motions> CollectSymmetries(const std::vector<Station>& stations,
     const RigidTransform& best = pair.candidates.front().fine.target_from_source;
     for (std::size_t c = 1; c < pair.candidates.size(); ++c) {
       const PairCandidate& rival = pair.candidates[c];
-      if (IsClearlyBetter(pair.candidates.front().verification, rival.verification)) continue;
+      if (!IsLikeness(rival.verification) ||
+          IsClearlyBetter(pair.candidates.front().verification, rival.verification)) {
+        continue;
+      }
       const RigidTransform turn = rival.fine.target_from_source * best.Inverse();
       const RigidTransform turn_of_source = best.Inverse() * rival.fine.target_from_source;
       for (const RigidTransform& motion : {turn, turn.Inverse()}) {
@@ -53,9 +62,11 @@ void ChallengeSymmetries(const std::vector<Station>& stations, const SurveyOptio
     if (!pair.accepted()) return;
     const RigidTransform best = pair.best()->fine.target_from_source;
     for (const RigidTransform& turn : symmetries[static_cast<std::size_t>(pair.target)]) {
+      if (!pair.accepted()) return;
       AddMotion(stations, options, context, turn * best, &pair);
     }
     for (const RigidTransform& turn : symmetries[static_cast<std::size_t>(pair.source)]) {
+      if (!pair.accepted()) return;
       AddMotion(stations, options, context, best * turn, &pair);
     }
   });

@@ -220,25 +220,10 @@ CloudAgreement CompareClouds(const Surface& moved, const CloudSample& sample,
   result.score = score / tried;
   for (const GroupSums& group : conflict) result.blocks_in_view += static_cast<int>(group.whole);
   result.conflict = EstimateRatio(conflict);
+  // Few blocks of which none was seen through are little evidence: the next one could be.
+  result.conflict.sigma = std::hypot(result.conflict.sigma, 1.0 / (1.0 + result.blocks_in_view));
   result.quality = EstimateRatio(quality);
   return result;
-}
-
-double OverlapShare(const StationModel& moved, const StationModel& reference,
-                    const RigidTransform& reference_from_moved) {
-  constexpr std::size_t kSample = 20000;
-  const std::size_t stride = std::max<std::size_t>(1, moved.leaves.size() / kSample);
-  std::size_t met = 0;
-  std::size_t tried = 0;
-  for (std::size_t i = 0; i < moved.leaves.size(); i += stride, ++tried) {
-    bool meets = false;
-    VisitLeavesAround(
-        reference.lattice, reference.leaves.size(),
-        [&](std::size_t k) { return reference.leaves[k].key; },
-        reference_from_moved * moved.leaves[i].cluster.mean, [&](std::size_t) { meets = true; });
-    met += meets ? 1 : 0;
-  }
-  return tried > 0 ? static_cast<double>(met) / static_cast<double>(tried) : 0.0;
 }
 
 }  // namespace backsight

@@ -74,9 +74,4 @@ CloudAgreement CompareClouds(const Surface& moved, const CloudSample& sample,
                              const Surface& reference, const CloudIndex& reference_index,
                              const RigidTransform& reference_from_moved, double tolerance_m);
 
-/// Share of `moved`'s voxels whose mean, carried by `reference_from_moved`, falls into or beside an
-/// occupied voxel of `reference`. 0 to 1. Of more than 20,000 voxels an even sample is taken.
-double OverlapShare(const StationModel& moved, const StationModel& reference,
-                    const RigidTransform& reference_from_moved);
-
 }  // namespace backsight

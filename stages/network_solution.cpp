@@ -78,6 +78,7 @@ double AdjustSelected(std::span<const PoseGraphLink> links, const LinkSelection&
   const int redundancy = Redundancy(poses->component, poses->weights);
   if (redundancy <= 0) return 0.0;
   std::vector<double> squared;
+  squared.reserve(used.size());
   for (const PoseGraphLink& link : used) {
     squared.push_back(SquaredError(link, poses->survey_from_station));
   }

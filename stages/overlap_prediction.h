@@ -16,7 +16,7 @@ class CoarseOccupancy {
   explicit CoarseOccupancy(const StationModel& model, int sample = 500);
 
   /// Share of `moved`'s sample that falls into occupied space of this station, 0 to 1. Somewhat
-  /// larger than OverlapShare of stages/cloud_agreement.h, because the cells are larger.
+  /// larger than CompareClouds' of stages/cloud_agreement.h, because the cells are larger.
   double ShareOf(const CoarseOccupancy& moved, const RigidTransform& this_from_moved) const;
 
  private:

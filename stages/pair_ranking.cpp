@@ -133,6 +133,7 @@ void RankPairs(const std::vector<RankedStation>& stations, const PairRankingOpti
     (*candidates)[i].similarity = signature[i] - kTier;
   }
   std::vector<double> of_chosen;
+  of_chosen.reserve(chosen.size());
   for (const std::size_t i : chosen) of_chosen.push_back(signature[i]);
   const std::vector<double> by_signature = Standardised(of_chosen);
   const std::vector<double> by_match =

@@ -143,11 +143,13 @@ PlacementCheckResult CheckPlacements(const PlacementCheckInput& input,
       break;
     }
   }
+  double worst = options.max_conflict;
   for (std::size_t l = 0; l < input.links.size(); ++l) {
     if (input.links[l].loop_controlled) continue;
     const Views views = AcrossBridge(input, pairs, l);
-    if (views.in_view >= options.min_blocks && views.conflict() > options.max_conflict) {
-      result.refuted_bridges.push_back(static_cast<int>(l));
+    if (views.in_view >= options.min_blocks && views.conflict() > worst) {
+      worst = views.conflict();
+      result.refuted_bridge = static_cast<int>(l);
     }
   }
   return result;

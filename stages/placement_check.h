@@ -44,9 +44,10 @@ struct PlacementConflict {
 struct PlacementCheckResult {
   int pairs_compared = 0;
   std::vector<PlacementConflict> conflicts;  ///< those beyond max_conflict, ascending
-  /// Bridges (indices of links) whose two sides contradict each other beyond max_conflict, all
-  /// their stations taken together.
-  std::vector<int> refuted_bridges;
+  /// The bridge (index of a link) whose two sides contradict each other most and beyond
+  /// max_conflict, all their stations taken together; -1: none. Only one: a false bridge in a chain
+  /// puts stations wrong on both sides of the true ones, too.
+  int refuted_bridge = -1;
 };
 
 /// Looks from every placed station at what all others of its component measured. A pair is verified

@@ -27,6 +27,7 @@ PlaneWeights SetNetworkWeights(std::span<const RigidTransform> poses,
   context.ParallelFor(
       planes->size(), [&](std::size_t k) { agreements[k] = Agreement((*planes)[k], poses); }, 64);
   std::vector<double> thickness;
+  thickness.reserve(agreements.size());
   for (const PlaneAgreement& agreement : agreements) {
     thickness.push_back(agreement.own_thickness_m2);
   }

@@ -85,6 +85,7 @@ SurfaceMatcher::LinkResult SurfaceMatcher::ObserveLink(const PoseGraphLink& link
   if (matches.size() < kFewestMatches) return result;
 
   std::vector<double> across;
+  across.reserve(matches.size());
   for (const Match& m : matches) {
     across.push_back(
         std::abs((m.moved - m.fixed).dot((m.moved_normal + m.fixed_normal).normalized())));

@@ -30,8 +30,9 @@ void MeasureClouds(const VerificationInput& input, VerificationResult* result) {
   result->target_in_source = CompareClouds(input.target, input.target_index.sample, input.source,
                                            input.source_index, motion.Inverse(), tolerance_m);
   result->overlap = std::min(result->source_in_target.overlap, result->target_in_source.overlap);
-  result->conflict = Together(result->source_in_target.conflict, input.target.scanner_credible,
-                              result->target_in_source.conflict, input.source.scanner_credible);
+  result->conflict =
+      Together(result->source_in_target.conflict, result->source_in_target.blocks_in_view > 0,
+               result->target_in_source.conflict, result->target_in_source.blocks_in_view > 0);
   result->quality =
       Together(result->source_in_target.quality, true, result->target_in_source.quality, true);
 }
@@ -161,8 +162,11 @@ VerificationResult VerifyPair(const VerificationInput& input, const Verification
 }
 
 bool IsContradictedMore(const VerificationResult& a, const VerificationResult& b) {
+  // Mixed pixels and grazing views contradict true motions a little, the more the farther apart the
+  // scanners stand, and a flip that puts them on mirrored places not at all.
+  constexpr double kViewBias = 0.02;
   return a.conflict.value - b.conflict.value >
-         kSigmas * std::hypot(a.conflict.sigma, b.conflict.sigma);
+         std::max(kViewBias, kSigmas * std::hypot(a.conflict.sigma, b.conflict.sigma));
 }
 
 bool IsClearlyBetter(const VerificationResult& best, const VerificationResult& rival) {

@@ -90,7 +90,8 @@ std::string ToString(Verdict verdict);
 VerificationResult VerifyPair(const VerificationInput& input, const VerificationOptions& options);
 
 /// Whether scanners saw through significantly more of a pair's surfaces under `a` than under `b`:
-/// by more than three standard deviations, from the scatter over groups as large as objects.
+/// by more than three standard deviations, from the scatter over groups as large as objects, and by
+/// more than true motions are contradicted in still scenes (0.02).
 bool IsContradictedMore(const VerificationResult& a, const VerificationResult& b);
 
 /// Whether `rival` cannot be the true motion if `best` is another motion of the same pair: it is
