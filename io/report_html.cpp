@@ -95,7 +95,7 @@ std::string WorstSigmaCard(const RunRecord& run) {
     }
   }
   if (worst < 0.0) return {};
-  return Card(FixedText(1000 * worst, 1, "sigma of station " + station) + " mm",
+  return Card(FixedText(1000 * worst, 2, "sigma of station " + station) + " mm",
               "worst formal &sigma; of a position: " + HtmlText(station));
 }
 
