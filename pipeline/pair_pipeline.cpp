@@ -1,7 +1,6 @@
 #include "pipeline/pair_pipeline.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <numbers>
 
@@ -348,16 +347,6 @@ void AddMotion(const std::vector<Station>& stations, const SurveyOptions& option
   pair->candidates.push_back(std::move(candidate));
   RankCandidates(stations[static_cast<std::size_t>(pair->target)].model.resolution_m(),
                  &pair->candidates);
-}
-
-void RegisterPairs(const std::vector<Station>& stations, const SurveyOptions& options,
-                   const ExecutionContext& context, std::vector<Pair>* pairs) {
-  std::atomic<std::size_t> done = 0;
-  context.Progress("pairs", 0, pairs->size());
-  context.ParallelFor(pairs->size(), [&](std::size_t i) {
-    RegisterPair(stations, options, context, &(*pairs)[i]);
-    context.Progress("pairs", ++done, pairs->size());
-  });
 }
 
 }  // namespace backsight

@@ -65,8 +65,4 @@ void AddMotion(const std::vector<Station>& stations, const SurveyOptions& option
                const ExecutionContext& context, const RigidTransform& target_from_source,
                Pair* pair);
 
-/// All pairs, side by side.
-void RegisterPairs(const std::vector<Station>& stations, const SurveyOptions& options,
-                   const ExecutionContext& context, std::vector<Pair>* pairs);
-
 }  // namespace backsight
