@@ -232,15 +232,20 @@ class Selector {
     double merit = 0.0;
     for (std::size_t l = 0; l < links_.size(); ++l) {
       if (used_[l] == 0) continue;
-      merit += links_[l].doubtful ? 0.5 * kFullVote : kFullVote;
+      merit += links_[l].credibility * (links_[l].doubtful ? 0.5 * kFullVote : kFullVote);
       merit += std::clamp(lead_[l] / (std::numbers::sqrt2 * options_.score_noise), -kFullVote, 0.0);
     }
     return merit;
   }
 
+  /// Doubtful links confirm each other only if each says something by itself: the two ends of a
+  /// symmetric building ask for the same wrong motion in many pairs.
   bool IsConfirmed(std::size_t l) const {
     std::vector<char> others = used_;
     others[l] = 0;
+    for (std::size_t k = 0; k < links_.size(); ++k) {
+      if (links_[k].doubtful && links_[k].credibility < kCredible) others[k] = 0;
+    }
     const PoseGraphLink& link = links_[l];
     if (CountDisjointPaths(stations_, links_, others, link.source, link.target, 2) >= 2)
       return true;

@@ -18,6 +18,9 @@ struct PoseGraphLink {
   int pair = -1;            ///< links of one pair exclude each other; -1: a pair of its own
   double score = 0.0;       ///< how well the clouds agree; comparable between links of one pair
   bool doubtful = false;    ///< to be used only where loops of other links confirm it
+  /// 0 to 1: how much the link says, by itself, for a placement of its stations that other pairs
+  /// speak against.
+  double credibility = 1.0;
 };
 
 struct PoseGraphOptions {

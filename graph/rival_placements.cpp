@@ -67,7 +67,8 @@ class Finder {
       if (eligible[l] == 0 || used[l] != 0) continue;
       const PoseGraphLink& link = links[l];
       if (At(component_, link.source) != At(component_, link.target)) continue;
-      if (backsight::SquaredError(link, poses) <= options.limit) continue;
+      if (backsight::SquaredError(link, poses) <= options.limit || IsSamePlace(link)) continue;
+      if (link.credibility == 0.0 && !RivalOfUsed(link)) continue;
       const Matrix6d covariance = CovarianceOf(link.information);
       rivals_.push_back({static_cast<int>(l), covariance,
                          Pose(link.target) * link.target_from_source * Pose(link.source).Inverse(),
@@ -100,6 +101,18 @@ class Finder {
   }
   const PoseGraphLink& Link(int l) const { return links_[static_cast<std::size_t>(l)]; }
   const RigidTransform& Pose(int s) const { return poses_[static_cast<std::size_t>(s)]; }
+
+  bool RivalOfUsed(const PoseGraphLink& link) const {
+    for (std::size_t l = 0; l < links_.size(); ++l) {
+      if (used_[l] != 0 && links_[l].pair >= 0 && links_[l].pair == link.pair) return true;
+    }
+    return false;
+  }
+  bool IsSamePlace(const PoseGraphLink& link) const {
+    const Vector6d residual = LinkResidual(link, Pose(link.source), Pose(link.target));
+    return residual.head<3>().norm() < options_.least_turn_rad &&
+           residual.tail<3>().norm() < options_.least_shift_m;
+  }
 
   /// All rivals that the displacement of `seed` fulfils if it moves one of their ends.
   std::vector<Demand> SameDisplacement(const Rival& seed) const {
@@ -137,7 +150,9 @@ class Finder {
   }
 
   double Weigh(const Vote& vote) const {
-    const auto full = [&](int l) { return Link(l).doubtful ? 0.5 * kFullVote : kFullVote; };
+    const auto full = [&](int l) {
+      return Link(l).credibility * (Link(l).doubtful ? 0.5 * kFullVote : kFullVote);
+    };
     if (vote.rival < 0) return full(vote.used);
     if (vote.used < 0) return -full(vote.rival);
     // Links of two pairs between the same stations are two statements.
@@ -166,6 +181,7 @@ class Finder {
   /// together.
   std::optional<RivalPlacement> LoneSet(const Rival& rival) const {
     const PoseGraphLink& link = Link(rival.link);
+    if (link.doubtful && link.credibility < kCredible) return std::nullopt;
     const Votes votes =
         CollectVotes({{rival.link, link.source, link.target}}, At(component_, link.source));
     Search search;
@@ -246,17 +262,19 @@ class Finder {
   /// Weighs the placement that moves the stations `inside`.
   void Consider(const Votes& votes, const std::vector<char>& inside, Search* search) const {
     RivalPlacement placement;
-    int variance = 0;
+    double variance = 0.0;
     for (const auto& [ends, vote] : votes) {
       if (At(inside, ends.first) == 0 || At(inside, ends.second) != 0) continue;
       placement.margin += Weigh(vote);
-      variance += vote.used >= 0 && vote.rival >= 0 ? 1 : 2;
+      variance += vote.used >= 0 && vote.rival >= 0
+                      ? 1.0
+                      : 2.0 * Link(std::max(vote.used, vote.rival)).credibility;
       if (vote.used >= 0) placement.suspects.push_back(vote.used);
       if (vote.rival >= 0) placement.links.push_back(vote.rival);
     }
     placement.kept = static_cast<int>(placement.suspects.size());
     if (placement.links.size() < 2 && placement.kept > 1) return;
-    placement.noise = 3.0 * std::sqrt(static_cast<double>(variance));
+    placement.noise = 3.0 * std::sqrt(variance);
     if (placement.Undecided()) {
       search->suspects.insert(placement.suspects.begin(), placement.suspects.end());
     }

@@ -5,6 +5,8 @@
 #include <numbers>
 #include <numeric>
 
+#include "pipeline/candidate_links.h"
+
 namespace backsight {
 namespace {
 
@@ -30,36 +32,16 @@ std::vector<int> RankComponents(const std::vector<int>& component) {
   return ranked;
 }
 
-NetworkLink MakeLink(const Pair& pair, int pair_index, std::size_t candidate) {
-  const PairCandidate& motion = pair.candidates[candidate];
-  NetworkLink link;
-  link.pair = pair_index;
-  link.source = pair.source;
-  link.target = pair.target;
-  link.target_from_source = motion.fine.target_from_source;
-  link.information = motion.fine.information;
-  link.confidence = LinkConfidence(motion);
-  // Flips that put scanners on mirrored places fit better than the truth: where scanners can be
-  // contradicted, only contradictions count.
-  const VerificationResult& verification = motion.verification;
-  link.score = verification.sighted ? -verification.conflict.value : verification.quality.value;
-  link.doubtful = candidate > 0 || !pair.accepted();
-  return link;
-}
-
-/// The best motion of every pair that was not rejected, and its rivals as doubtful links.
-std::vector<NetworkLink> MakeLinks(const std::vector<Pair>& pairs, Network* network) {
+/// A link for every candidate of the network.
+std::vector<NetworkLink> MakeLinks(const std::vector<Pair>& pairs,
+                                   const VerificationOptions& options, Network* network) {
   std::vector<NetworkLink> links;
-  for (std::size_t p = 0; p < pairs.size(); ++p) {
-    if (!pairs[p].accepted() && !pairs[p].doubtful()) continue;
-    for (std::size_t c = 0; c < pairs[p].candidates.size(); ++c) {
-      if (pairs[p].candidates[c].verification.verdict == Verdict::kRejected) continue;
-      links.push_back(MakeLink(pairs[p], static_cast<int>(p), c));
-      NetworkCandidate candidate;
-      candidate.pair = static_cast<int>(p);
-      candidate.candidate = static_cast<int>(c);
-      network->candidates.push_back(candidate);
-    }
+  for (const CandidateLink& made : MakeCandidateLinks(pairs, options)) {
+    links.push_back(made.link);
+    NetworkCandidate candidate;
+    candidate.pair = made.link.pair;
+    candidate.candidate = made.candidate;
+    network->candidates.push_back(candidate);
   }
   return links;
 }
@@ -233,7 +215,7 @@ void ChooseReported(std::size_t pairs, Network* network) {
 Network BuildNetwork(const std::vector<Station>& stations, const std::vector<Pair>& pairs,
                      const SurveyOptions& options, const ExecutionContext& context) {
   Network network;
-  const std::vector<NetworkLink> links = MakeLinks(pairs, &network);
+  const std::vector<NetworkLink> links = MakeLinks(pairs, options.verification, &network);
   std::vector<Surface> surfaces;
   surfaces.reserve(stations.size());
   for (const Station& station : stations) {

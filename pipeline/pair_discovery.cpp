@@ -7,7 +7,8 @@
 #include <map>
 #include <set>
 
-#include "graph/spanning_tree.h"
+#include "pipeline/candidate_links.h"
+#include "stages/network_solution.h"
 #include "stages/overlap_prediction.h"
 #include "stages/pair_ranking.h"
 #include "stages/pair_selection.h"
@@ -85,14 +86,15 @@ class Discovery {
     const bool growing = !IsExhaustive(usable, options_.pair_selection);
     if (growing) {
       RankPairs(RankedStations(stations_), options_.pair_ranking, context_, &candidates_);
-      occupancy_.resize(stations_.size());
-      context_.ParallelFor(stations_.size(), [&](std::size_t s) {
-        if (stations_[s].usable()) occupancy_[s].emplace_back(stations_[s].model);
-      });
     }
+    occupancy_.resize(stations_.size());
+    context_.ParallelFor(stations_.size(), [&](std::size_t s) {
+      if (stations_[s].usable()) occupancy_[s].emplace_back(stations_[s].model);
+    });
     while (true) {
       context_.CheckStop();
-      if (growing) PredictOverlaps();
+      ChooseNetwork();
+      PredictOverlaps();
       const PairBatch batch =
           NextPairs(static_cast<int>(stations_.size()), candidates_, options_.pair_selection);
       if (batch.pairs.empty()) break;
@@ -102,33 +104,32 @@ class Discovery {
   }
 
  private:
-  SpanningForest InterimPoses() const {
-    std::vector<PoseGraphLink> links;
-    for (const Pair& pair : pairs_) {
-      if (!pair.accepted()) continue;
-      const PairCandidate& best = *pair.best();
-      links.push_back({.source = pair.source,
-                       .target = pair.target,
-                       .target_from_source = best.fine.target_from_source,
-                       .confidence = LinkConfidence(best)});
+  /// The network of all pairs so far: its links are the accepted ones, its poses predict.
+  void ChooseNetwork() {
+    std::vector<NetworkLink> links;
+    for (const CandidateLink& made : MakeCandidateLinks(pairs_, options_.verification)) {
+      links.push_back(made.link);
     }
-    return BuildSpanningForest(static_cast<int>(stations_.size()), links, {});
+    network_ = ChooseLinks(static_cast<int>(stations_.size()), links, options_.network);
+    for (PairProspect& candidate : candidates_) candidate.accepted = false;
+    for (std::size_t l = 0; l < links.size(); ++l) {
+      if (network_.fate[l] == LinkFate::kUsed) candidates_[At(links[l].pair)].accepted = true;
+    }
   }
 
   RigidTransform Relative(std::size_t i) const {
-    return forest_.survey_from_station[At(candidates_[i].target)].Inverse() *
-           forest_.survey_from_station[At(candidates_[i].source)];
+    return network_.survey_from_station[At(candidates_[i].target)].Inverse() *
+           network_.survey_from_station[At(candidates_[i].source)];
   }
 
   /// Only pairs whose stations have moved against each other are looked at again.
   void PredictOverlaps() {
-    forest_ = InterimPoses();
     context_.ParallelFor(
         candidates_.size(),
         [&](std::size_t i) {
           PairProspect& candidate = candidates_[i];
           const auto [s, t] = std::pair(At(candidate.source), At(candidate.target));
-          if (forest_.component[s] != forest_.component[t]) {
+          if (network_.component[s] != network_.component[t]) {
             candidate.predicted_overlap.reset();
             predicted_with_[i].reset();
             return;
@@ -174,12 +175,8 @@ class Discovery {
     for (std::size_t k = 0; k < batch.pairs.size(); ++k) {
       const std::size_t i = batch.pairs[k];
       PairProspect& candidate = candidates_[i];
-      // A failed prediction does not wipe out what the full registration found, nor the reverse,
-      // unless it was accepted.
-      const bool first = !candidate.tried_full && !candidate.tried_predicted;
       (full ? candidate.tried_full : candidate.tried_predicted) = true;
-      candidate.accepted = results[k].accepted();
-      if (first || candidate.accepted || full) pairs_[i] = std::move(results[k]);
+      pairs_[i] = std::move(results[k]);
     }
     tried_ = total;
     (full ? full_ : predicted_) += static_cast<int>(batch.pairs.size());
@@ -230,7 +227,7 @@ class Discovery {
   std::vector<Pair> pairs_;  // by candidate; the last attempt worth keeping
   std::vector<std::optional<RigidTransform>> predicted_with_;
   std::vector<std::vector<CoarseOccupancy>> occupancy_;  // by station, one where usable
-  SpanningForest forest_;
+  LinkSelection network_;
   std::size_t tried_ = 0;
   int full_ = 0;
   int predicted_ = 0;

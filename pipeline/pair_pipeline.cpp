@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "core/random.h"
+#include "stages/aligned_hypotheses.h"
 #include "stages/matching.h"
 #include "stages/station_priors.h"
 #include "stages/structure_images.h"
@@ -200,6 +201,12 @@ CoarseOptions Thorough(CoarseOptions options) {
   return options;
 }
 
+/// For votes, which false correspondences disturb less than they do RGN.
+MatchingOptions MoreNeighbors(MatchingOptions options) {
+  options.neighbors *= 5;
+  return options;
+}
+
 void RegisterUnguarded(const Station& source, const Station& target, const SurveyOptions& options,
                        const ExecutionContext& context, Pair* pair) {
   const PairClouds clouds(source, target);
@@ -232,9 +239,19 @@ void RegisterUnguarded(const Station& source, const Station& target, const Surve
   AddCandidates(source, target, clouds, input, RegisterCoarse(input, options.coarse, context),
                 options, context, pair);
   RankCandidates(input.resolution_m, &pair->candidates);
-  if (!IsSuspicious(*pair, options.verification)) return;
-  AddCandidates(source, target, clouds, input,
-                RegisterCoarse(input, Thorough(options.coarse), context), options, context, pair);
+  if (pair->accepted()) return;
+  input.rotations =
+      AlignedRotations(clouds.source, clouds.target, clouds.level_sigma_rad.has_value());
+  if (!input.rotations.empty()) {
+    input.ballots = MatchStations(source.model, source.features, target.model, target.features,
+                                  MoreNeighbors(options.matching));
+  }
+  const bool suspicious = IsSuspicious(*pair, options.verification);
+  if (input.rotations.empty() && !suspicious) return;
+  AddCandidates(
+      source, target, clouds, input,
+      RegisterCoarse(input, suspicious ? Thorough(options.coarse) : options.coarse, context),
+      options, context, pair);
   RankCandidates(input.resolution_m, &pair->candidates);
 }
 

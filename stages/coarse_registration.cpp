@@ -11,6 +11,7 @@
 #include "graph/correspondence_graph.h"
 #include "graph/edge_consensus.h"
 #include "graph/rigid_fit.h"
+#include "stages/aligned_hypotheses.h"
 #include "stages/matching.h"
 
 namespace backsight {
@@ -143,7 +144,8 @@ class MotionPool {
   std::vector<ScoredMotion> list_;
 };
 
-/// What RGE found and the images of the best of it under the clouds' own symmetries.
+/// What RGE found, what votes for known rotations found, and the images of the best of it under the
+/// clouds' own symmetries.
 MotionPool CollectMotions(const CoarseInput& input, const CoarseOptions& options,
                           const ExecutionContext& context) {
   const Correspondences& c = input.correspondences;
@@ -155,6 +157,13 @@ MotionPool CollectMotions(const CoarseInput& input, const CoarseOptions& options
   for (const EdgeHypothesis& h : FindHypotheses(c, input, options, options.hypotheses, context)) {
     pool.Add(RefineOnInliers(c, h.target_from_source, limit_m));
   }
+  for (const Correspondences* ballots : {&c, &input.ballots}) {
+    for (const RigidTransform& motion :
+         VoteForTranslations(*ballots, input.rotations, input.resolution_m,
+                             static_cast<std::size_t>(options.votes))) {
+      pool.Add(motion);
+    }
+  }
   if (pool.list().empty()) return pool;
   const RigidTransform best = pool.list().front().motion;
   for (const RigidTransform& symmetry : input.target_symmetries) pool.Add(symmetry * best);
@@ -163,6 +172,36 @@ MotionPool CollectMotions(const CoarseInput& input, const CoarseOptions& options
     for (const RigidTransform& image : input.structure_images(best)) pool.Add(image);
   }
   return pool;
+}
+
+/// The best few improved, so that votes, which are rough, compete fairly.
+MotionPool ImproveRough(const CoarseInput& input, const MotionPool& pool) {
+  constexpr std::size_t kImproved = 30;
+  MotionPool improved(input, input.cloud_score);
+  for (std::size_t i = 0; i < std::min(kImproved, pool.list().size()); ++i) {
+    improved.Add(input.cloud_refine(pool.list()[i].motion));
+  }
+  return improved;
+}
+
+/// The motion and its neighbours 3 l away, each improved by the clouds; the best of them. Repeated
+/// details, such as shelves, hold a motion in place that is off by one of them.
+RigidTransform ImproveFromAround(const CoarseInput& input, const RigidTransform& motion) {
+  RigidTransform best = input.cloud_refine(motion);
+  double best_score = input.cloud_score(best);
+  for (int x = -1; x <= 1; ++x) {
+    for (int y = -1; y <= 1; ++y) {
+      if (x == 0 && y == 0) continue;
+      RigidTransform start = motion;
+      start.translation += 3.0 * input.resolution_m * Eigen::Vector3d(x, y, 0.0);
+      const RigidTransform improved = input.cloud_refine(start);
+      const double score = input.cloud_score(improved);
+      if (score <= best_score) continue;
+      best_score = score;
+      best = improved;
+    }
+  }
+  return best;
 }
 
 /// The best few, improved by the clouds and scored on more of them; all but the first two must be
@@ -178,7 +217,13 @@ MotionPool ImproveByClouds(const CoarseInput& input, const MotionPool& pool, std
   for (std::size_t i = 0; i < std::min(count, pool.list().size()); ++i) {
     const ScoredMotion& entry = pool.list()[i];
     if (i >= kRough && entry.score <= 0.0) break;
-    improved.Add(input.cloud_refine ? input.cloud_refine(entry.motion) : entry.motion);
+    if (!input.cloud_refine) {
+      improved.Add(entry.motion);
+    } else if (input.cloud_score && !input.rotations.empty() && entry.score > 0.0) {
+      improved.Add(ImproveFromAround(input, entry.motion));
+    } else {
+      improved.Add(input.cloud_refine(entry.motion));
+    }
   }
   return improved;
 }
@@ -192,10 +237,14 @@ std::optional<CoarseCandidate> EstimateCandidate(const CoarseInput& input,
   if (gnc.status == GncWelschResult::Status::kDegenerate) return std::nullopt;
   CoarseCandidate candidate;
   candidate.target_from_source = gnc.target_from_source;
+  // Few key points estimate a motion worse than the clouds have improved it already.
+  if (input.cloud_score && input.cloud_score(motion) > input.cloud_score(gnc.target_from_source)) {
+    candidate.target_from_source = motion;
+  }
   candidate.information = gnc.information;
   candidate.sigma_m = gnc.residual_sd_m;
-  candidate.consensus = DistinctSources(c, gnc.target_from_source, 2.0 * l);
-  candidate.inliers = RowsWithin(c, gnc.target_from_source, 4.0 * l);
+  candidate.consensus = DistinctSources(c, candidate.target_from_source, 2.0 * l);
+  candidate.inliers = RowsWithin(c, candidate.target_from_source, 4.0 * l);
   return candidate;
 }
 
@@ -208,6 +257,8 @@ void VisitOptions(OptionVisitor& visitor, CoarseOptions& options) {
                   "edges tried per correspondence");
   visitor.Integer("hypotheses", options.hypotheses, "1", 1, 1000,
                   "distinct coarse hypotheses compared");
+  visitor.Integer("votes", options.votes, "1", 0, 10000,
+                  "translations that are tried where walls tell the rotation and nothing else did");
   visitor.Integer("rivals", options.rivals, "1", 0, 10,
                   "other hypotheses, nearly as good as the best, that are refined and compared");
   visitor.Integer("permutations", options.permutations, "1", 0, 100,
@@ -233,8 +284,11 @@ CoarseResult RegisterCoarse(const CoarseInput& input, const CoarseOptions& optio
   result.status = CoarseResult::Status::kNoConsensus;
   result.consensus_null = NullConsensus(input, options, context);
 
-  const MotionPool pool = CollectMotions(input, options, context);
+  MotionPool pool = CollectMotions(input, options, context);
   if (pool.list().empty()) return result;
+  if (!input.rotations.empty() && input.cloud_score && input.cloud_refine) {
+    pool = ImproveRough(input, pool);
+  }
 
   const auto wanted = static_cast<std::size_t>(options.rivals) + 1;
   const MotionPool improved = ImproveByClouds(input, pool, 2 * wanted);

@@ -16,6 +16,7 @@ struct CoarseOptions {
   int nodes = 800;  ///< K_opt, correspondences kept by node reliability
   int edges_per_node = 2;
   int hypotheses = 40;
+  int votes = 100;       ///< translations that are tried where the rotation is known
   int rivals = 3;        ///< other hypotheses, nearly as good as the best, that are kept
   int permutations = 1;  ///< runs on shuffled correspondences for the significance test
 };
@@ -71,6 +72,10 @@ struct CoarseInput {
   /// fits may fit elsewhere too, and the true motion may gather too few key points to be found.
   std::vector<RigidTransform> source_symmetries;
   std::vector<RigidTransform> target_symmetries;
+  /// Rotations that the correspondences need not tell, such as those that lay walls on walls: they
+  /// then vote for translations (stages/aligned_hypotheses.h).
+  std::vector<Eigen::Matrix3d> rotations;
+  Correspondences ballots;  ///< that vote besides C1: more of them, and worse ones
   /// Other motions that fit the clouds' structure as the given one does; may be absent.
   std::function<std::vector<RigidTransform>(const RigidTransform&)> structure_images;
 };

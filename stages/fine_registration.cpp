@@ -7,6 +7,8 @@
 
 #include "graph/planar_adjustment.h"
 #include "graph/plane_segmentation.h"
+#include "stages/dominant_frame.h"
+#include "stages/plane_weights.h"
 
 namespace backsight {
 namespace {
@@ -38,34 +40,6 @@ std::vector<PointCluster> NearStructures(std::vector<PointCluster> clusters,
                                lattice.Key(target_from_clusters * cluster.mean));
   });
   return clusters;
-}
-
-/// A dense cluster tells no more than `cap` points would: its errors are not independent.
-void CapCount(double cap, PointCluster* cluster) {
-  if (cluster->count <= cap) return;
-  cluster->scatter *= cap / cluster->count;
-  cluster->count = cap;
-}
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-/// Maximum-likelihood weights n / (2 sigma^2), sigma from the planes' own thickness, times a robust
-/// factor that takes thick planes out.
-void SetWeights(std::span<const RigidTransform> poses, std::vector<WeightedPlane>* planes) {
-  const std::vector<double> thickness = PlaneThicknesses(*planes, poses);
-  constexpr double kFloor = 0.001 * 0.001;  // m^2: no plane is better than a millimetre
-  constexpr double kThick = 100.0;          // only planes ten times as thick as most lose weight
-  const double variance = std::max(Median(thickness), kFloor);
-  for (std::size_t k = 0; k < planes->size(); ++k) {
-    double count = 0.0;
-    for (const PlaneObservation& o : (*planes)[k].observations) count += o.cluster.count;
-    const double robust = 1.0 / (1.0 + thickness[k] / (kThick * variance));
-    (*planes)[k].weight = count / (2.0 * variance) * robust * robust;
-  }
 }
 
 double Rms(std::span<const WeightedPlane> planes, std::span<const RigidTransform> poses) {
@@ -169,6 +143,9 @@ PlaneRounds AdjustOnPlanes(const FineInput& input, const FineOptions& options,
   }
   const std::vector<const std::vector<PointCluster>*> clusters{&target_clusters, &source_clusters};
   const std::vector<PosePrior> priors{{1, input.target_from_source, input.information}};
+  // Cells along the walls hold whole walls; cells across them hold corners, which pull on planes.
+  const RigidTransform lattice{FindDominantFrame(input.target.normals).frame_from_cloud,
+                               Eigen::Vector3d::Zero()};
   PlaneRounds rounds;
   rounds.poses = {RigidTransform{}, input.target_from_source};
   for (int round = 0; round < options.rounds; ++round) {
@@ -181,13 +158,14 @@ PlaneRounds AdjustOnPlanes(const FineInput& input, const FineOptions& options,
     search.max_angle_rad = std::max(0.175 * tolerance, 0.05);
     search.max_offset_m = std::max(l * tolerance, 0.03);
     rounds.planes.clear();
-    for (PlaneAssociation& plane : FindPlanes(clusters, rounds.poses, search)) {
+    const std::vector<RigidTransform> lattice_poses{lattice, lattice * rounds.poses[1]};
+    for (PlaneAssociation& plane : FindPlanes(clusters, lattice_poses, search)) {
       for (PlaneObservation& o : plane.observations) CapCount(options.effective_points, &o.cluster);
       rounds.planes.push_back({std::move(plane.observations), 1.0});
     }
     result->planes = static_cast<int>(rounds.planes.size());
     if (result->planes < options.min_planes) return rounds;
-    SetWeights(rounds.poses, &rounds.planes);
+    SetNetworkWeights(rounds.poses, context, &rounds.planes);
     const PlanarAdjustmentResult adjusted =
         AdjustPlanes(rounds.planes, priors, rounds.poses, /*fixed_station=*/0,
                      {.anderson_window = options.anderson_window});

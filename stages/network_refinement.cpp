@@ -8,6 +8,7 @@
 #include "graph/anderson_acceleration.h"
 #include "graph/planar_adjustment.h"
 #include "graph/plane_segmentation.h"
+#include "stages/dominant_frame.h"
 #include "stages/plane_weights.h"
 #include "stages/surface_links.h"
 
@@ -48,6 +49,7 @@ class Refinement {
       if (!input.level_sigma_rad[s]) continue;
       tilts_.push_back({static_cast<int>(s), *input.level_sigma_rad[s]});
     }
+    AlignLattice();
     KeepStart(Status::kTooFewPlanes, Reason::kNone);
   }
 
@@ -77,6 +79,19 @@ class Refinement {
   }
 
  private:
+  /// Cells along the walls hold whole walls; cells across them hold corners, which pull on planes.
+  void AlignLattice() {
+    std::vector<Eigen::Vector3f> normals;
+    for (std::size_t s = 0; s < input_.normals.size(); ++s) {
+      const Eigen::Matrix3f rotation = input_.survey_from_station[s].rotation.cast<float>();
+      constexpr std::size_t kOfStation = 400;
+      const std::vector<Eigen::Vector3f>& own = *input_.normals[s];
+      const std::size_t stride = std::max<std::size_t>(1, own.size() / kOfStation);
+      for (std::size_t i = 0; i < own.size(); i += stride) normals.emplace_back(rotation * own[i]);
+    }
+    lattice_from_survey_.rotation = FindDominantFrame(normals).frame_from_cloud;
+  }
+
   /// The start poses stand, with the covariance that the links give.
   void KeepStart(Status status, Reason reason) {
     result_.status = status;
@@ -106,7 +121,9 @@ class Refinement {
     planes_.of_station.assign(stations, 0);
     const auto rows = static_cast<Eigen::Index>(stations);
     planes_.of_pair = Eigen::MatrixXi::Zero(rows, rows);
-    for (PlaneAssociation& plane : FindPlanes(clusters_, poses, search, &context_)) {
+    Poses lattice_poses;
+    for (const RigidTransform& pose : poses) lattice_poses.push_back(lattice_from_survey_ * pose);
+    for (PlaneAssociation& plane : FindPlanes(clusters_, lattice_poses, search, &context_)) {
       planes_.cells.push_back(plane.cell);
       if (IsHeldOut(plane.cell, options_.held_out_share)) {
         planes_.held_out.push_back(std::move(plane));
@@ -161,7 +178,7 @@ class Refinement {
     std::vector<std::uint64_t> cells = planes_.cells;
     std::sort(cells.begin(), cells.end());
     const auto covered = [&](std::size_t s, std::size_t i) {
-      const Eigen::Vector3d point = poses[s] * clusters_[s][i].mean;
+      const Eigen::Vector3d point = lattice_from_survey_ * (poses[s] * clusters_[s][i].mean);
       for (int depth = 0; depth <= PlaneSearchOptions{}.max_depth; ++depth) {
         const std::uint64_t cell = PlaneCell(point, options_.root_edge * l_, depth);
         if (std::binary_search(cells.begin(), cells.end(), cell)) return true;
@@ -310,7 +327,8 @@ class Refinement {
   const NetworkRefinementOptions& options_;
   const ExecutionContext& context_;
   std::vector<ClusterList> clusters_;
-  double l_ = 0.0;                // voxels' edge
+  double l_ = 0.0;  // voxels' edge
+  RigidTransform lattice_from_survey_;
   std::vector<double> levers_m_;  // rms distance of a station's voxels from its instrument
   std::vector<TiltObservation> tilts_;
   std::vector<PoseGraphLink> links_;

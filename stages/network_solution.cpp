@@ -29,6 +29,7 @@ std::vector<PoseGraphLink> MakeLinks(std::span<const NetworkLink> links,
     made.pair = link.pair;
     made.score = link.score;
     made.doubtful = link.doubtful;
+    made.credibility = link.credibility;
     result.push_back(made);
   }
   return result;
@@ -187,6 +188,13 @@ void VisitOptions(OptionVisitor& visitor, NetworkOptions& options) {
                "systematic translation error that no link is better than");
   visitor.Real("score_noise", options.score_noise, "", 1e-6, 1.0,
                "standard deviation of the score by which rival motions of a pair are compared");
+}
+
+LinkSelection ChooseLinks(int stations, std::span<const NetworkLink> links,
+                          const NetworkOptions& options) {
+  NetworkResult unused;
+  std::vector<PoseGraphLink> scaled = MakeLinks(links, options);
+  return SolveWithScale(stations, options, &scaled, &unused);
 }
 
 NetworkResult SolveNetwork(int stations, std::span<const NetworkLink> links,

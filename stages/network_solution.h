@@ -28,8 +28,9 @@ struct NetworkLink {
   RigidTransform target_from_source;
   Matrix6d information = Matrix6d::Zero();  ///< formal, from the registration
   double confidence = 0.0;                  ///< planes times overlap; spanning tree, among equals
-  double score = 0.0;     ///< how well the clouds agree under it; between rivals of one pair
-  bool doubtful = false;  ///< used only where loops of other links confirm it
+  double score = 0.0;        ///< how well the clouds agree under it; between rivals of one pair
+  bool doubtful = false;     ///< used only where loops of other links confirm it
+  double credibility = 1.0;  ///< PoseGraphLink::credibility
 };
 
 /// Covariance of a link as the network takes it: what the registration claims, held above the
@@ -70,6 +71,11 @@ struct NetworkResult {
   int readmitted = 0;  ///< links used that contradicted the first spanning tree
   int moves = 0;       ///< stations or parts moved to better places
 };
+
+/// The links that SolveNetwork would use and the poses that they give, without covariances: for a
+/// network that is still growing.
+LinkSelection ChooseLinks(int stations, std::span<const NetworkLink> links,
+                          const NetworkOptions& options);
 
 /// Fuses the pairs to one pose per station (survey frame of each component: the instrument frame of
 /// its first station). Chooses among rival motions and removes false ones (graph/link_selection.h)

@@ -115,15 +115,14 @@ class Selector {
     PairBatch batch;
     batch.pairs = Required();
     if (!batch.pairs.empty()) return batch;
-    if (IsExhaustive(members_, options_)) {
-      batch.pairs = AllOpen();
-      return batch;
-    }
-    batch.pairs = Propose(structure_.component, /*within=*/nullptr, options_.full_per_station - 2);
+    const bool exhaustive = IsExhaustive(members_, options_);
+    batch.pairs = exhaustive ? AllOpen()
+                             : Propose(structure_.component, /*within=*/nullptr,
+                                       options_.full_per_station - 2);
     if (!batch.pairs.empty()) return batch;
     batch.method = PairMethod::kPredicted;
     batch.pairs = Predicted();
-    if (!batch.pairs.empty()) return batch;
+    if (!batch.pairs.empty() || exhaustive) return batch;
     batch.method = PairMethod::kFull;
     constexpr int kControlTries = 4;
     batch.pairs = Propose(structure_.block, &structure_.component, kControlTries);

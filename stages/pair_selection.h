@@ -34,7 +34,7 @@ struct PairProspect {
   std::optional<double> predicted_overlap;
   bool tried_full = false;
   bool tried_predicted = false;
-  bool accepted = false;
+  bool accepted = false;  ///< a link of the network as it stands
 };
 
 enum class PairMethod {
@@ -51,7 +51,7 @@ struct PairBatch {
 /// What to register next, given what is known; a pure function. Stations without a candidate (such
 /// as unreadable ones) play no part. In this order, the first that has something to do:
 ///   1. required pairs, fully;
-///   2. exhaustive (by option, or few stations): all pairs, fully;
+///   2. exhaustive (by option, or few stations): all pairs, fully, then 4, and nothing else;
 ///   3. while components are apart: every component but the largest proposes the most similar pairs
 ///      that leave it, for each station until it has been in full_per_station - 2 registrations;
 ///   4. pairs within a component that the poses predict to overlap, by prediction, until both ends

@@ -51,6 +51,21 @@ void MeasureChange(const VerificationInput& input, VerificationResult* result) {
   result->eigenvalue_ratio = input.fine.eigenvalue_ratio;
 }
 
+/// Whether what chance could have proposed has proved itself on the clouds: each scanner saw much
+/// of the other's surfaces, hardly ever through them, and they fit closely. Of false motions
+/// between levelled stations none comes near unless it is an exact symmetry, which its rival
+/// reveals.
+bool CloudsProve(const VerificationInput& input, const VerificationOptions& options,
+                 const VerificationResult& result) {
+  constexpr int kFewestBlocks = 50;  // in view of each scanner
+  return input.source.scanner_credible && input.target.scanner_credible &&
+         result.overlap >= options.sure_overlap &&
+         result.worst_conflict() < options.sure_conflict &&
+         result.quality.value >= options.sure_quality &&
+         std::min(result.source_in_target.blocks_in_view, result.target_in_source.blocks_in_view) >=
+             kFewestBlocks;
+}
+
 /// What forbids a pair whatever the network says; kNone if nothing does.
 Reason FindFault(const VerificationInput& input, const VerificationOptions& options,
                  const VerificationResult& result) {
@@ -84,9 +99,11 @@ bool IsFarFromStart(const VerificationInput& input, const VerificationResult& re
 /// What leaves a pair to the network; kNone if nothing does.
 Reason FindDoubt(const VerificationInput& input, const VerificationOptions& options,
                  const VerificationResult& result) {
-  if (input.consensus && !IsSignificant(*input.consensus, input.consensus_null, options)) {
-    return Reason::kNotSignificant;
-  }
+  // What the network predicts must not confirm the links that it was predicted from: without proof
+  // of its own it needs theirs.
+  const bool unproved =
+      !input.consensus || !IsSignificant(*input.consensus, input.consensus_null, options);
+  if (unproved && !CloudsProve(input, options, result)) return Reason::kNotSignificant;
   if (result.overlap < options.sure_overlap) return Reason::kLowOverlap;
   if (result.worst_conflict() >= options.sure_conflict) return Reason::kFreeSpace;
   if (IsFarFromStart(input, result)) return Reason::kFarFromStart;
@@ -106,6 +123,9 @@ void VisitOptions(OptionVisitor& visitor, VerificationOptions& options) {
                "share of each cloud that must fall on the other, or the pair is rejected");
   visitor.Real("sure_overlap", options.sure_overlap, "1", 0.0, 1.0,
                "share below which a pair is doubtful");
+  visitor.Real("sure_quality", options.sure_quality, "1", 0.0, 1.0,
+               "fit of the surfaces that meet from which a pair with few corresponding key points "
+               "is accepted by its clouds alone");
   visitor.Real("sure_conflict", options.sure_conflict, "1", 0.0, 1.0,
                "share of the surfaces in view, seen through by a scanner, that makes a pair "
                "doubtful");

@@ -15,6 +15,7 @@ struct VerificationOptions {
   int min_above_chance = 4;      ///< consensus beyond what shuffled correspondences reach
   double min_overlap = 0.05;     ///< rejected below
   double sure_overlap = 0.1;     ///< doubtful below
+  double sure_quality = 0.8;     ///< from here clouds make up for a consensus that is too small
   double sure_conflict = 0.025;  ///< doubtful from here: share of blocks seen through
   double max_conflict = 0.25;    ///< rejected from here
 };
@@ -35,7 +36,7 @@ struct VerificationInput {
   /// The transform that the fine registration started from: coarse or predicted.
   RigidTransform start;
   Matrix6d start_information = Matrix6d::Zero();
-  /// Absent for a predicted pair: permutation says nothing of it.
+  /// Absent for a predicted pair: permutation says nothing of it, only the clouds can prove it.
   std::optional<int> consensus;
   int consensus_null = 0;
   const FineResult& fine;
@@ -51,7 +52,7 @@ struct VerificationResult {
   enum class Reason {
     kNone,              ///< accepted
     kNotRegistered,     ///< the coarse registration found no motion
-    kNotSignificant,    ///< its consensus could be chance
+    kNotSignificant,    ///< its consensus could be chance, or it was predicted
     kLowOverlap,        ///< too little of one cloud falls on the other
     kFineDiverged,      ///< the planes pull away from the correspondences
     kTilted,            ///< levelled instruments would stand at an angle

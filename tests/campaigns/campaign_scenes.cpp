@@ -246,6 +246,34 @@ Scene RingCorridor(std::uint64_t seed) {
   return scene;
 }
 
+Scene OpenField(std::uint64_t seed) {
+  Random random(DeriveSeed(seed, "open field"));
+  Scene scene = Begin("openfield", seed, 0.35, 35.0);
+  scene.ground.size_m = 160.0;
+  scene.ground.slope_deg = {random.Uniform(-0.5, 0.5), random.Uniform(-0.5, 0.5)};
+  scene.ground.undulation_m = 0.03;
+  constexpr double kHalf = 45.0;
+  for (int i = 0; i < 14; ++i) {
+    Pole pole;
+    pole.position_m = Jitter(random, kHalf);
+    pole.height_m = random.Uniform(1.0, 4.0);
+    pole.diameter_m = 0.1;
+    pole.lamp = false;
+    scene.poles.push_back(pole);
+  }
+  for (int i = 0; i < 8; ++i) {
+    const Eigen::Vector2d place = Jitter(random, kHalf);
+    scene.cars.push_back({place, random.Uniform(0.0, 360.0), random.Uniform(3.8, 4.9)});
+    const double tall = random.Uniform(2.0, 4.0);
+    scene.trees.push_back({Jitter(random, kHalf), tall, 0.3 * tall, 1000});
+  }
+  for (int i = 0; i < 6; ++i) {
+    const Eigen::Vector2d grid(30.0 * (i % 3) - 30.0, 30.0 * (i / 3) - 15.0);
+    AddStation(grid + Jitter(random, 4.0), random, scene);
+  }
+  return scene;
+}
+
 Scene Reseeded(const std::string& scene_file, std::uint64_t seed) {
   Scene scene = ReadScene(scene_file);
   Random random(DeriveSeed(seed, scene.name));

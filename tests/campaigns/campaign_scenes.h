@@ -28,6 +28,10 @@ Scene TwoBuildings(std::uint64_t seed);
 /// next station sees.
 Scene RingCorridor(std::uint64_t seed);
 
+/// A level field with a few poles, cars and shrubs, 6 stations so far apart that pairs share little
+/// besides the ground, which fits anywhere.
+Scene OpenField(std::uint64_t seed);
+
 /// A scene file with another seed, its stations moved by up to half a metre.
 Scene Reseeded(const std::string& scene_file, std::uint64_t seed);
 

@@ -38,6 +38,7 @@ const CampaignCase kSmallCases[] = {
     {.name = "hall", .scene = FurnishedHall},
     {.name = "emptyhall", .scene = EmptyHall, .undecidable = true},
     {.name = "forest", .scene = Forest, .resolution_m = 0.1},
+    {.name = "openfield", .scene = OpenField, .undecidable = true},
     {.name = "twobuildings", .scene = TwoBuildings, .components = 2},
     {.name = "courtyard", .scene = Courtyard},
     {.name = "yard", .scene = Yard},

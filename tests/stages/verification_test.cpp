@@ -86,13 +86,20 @@ TEST_F(Verification, AsksForMoreThanChance) {
   EXPECT_TRUE(IsSignificant(10, 6, {}));
   EXPECT_FALSE(IsSignificant(9, 0, {}));
   EXPECT_FALSE(IsSignificant(13, 10, {}));
-  const VerificationResult result = Judge(*second_, *first_, Truth(), 7);
+  EXPECT_EQ(Judge(*second_, *first_, Truth(), 7).verdict, Verdict::kAccepted)
+      << "the clouds prove it";
+  VerificationOptions strict;
+  strict.sure_quality = 1.0;
+  const VerificationResult result = Judge(*second_, *first_, Truth(), 7, strict);
   EXPECT_EQ(result.verdict, Verdict::kDoubtful) << "the clouds speak for it";
   EXPECT_EQ(result.reason, VerificationResult::Reason::kNotSignificant);
 }
 
-TEST_F(Verification, DoesNotAskAPredictedPairForConsensus) {
+TEST_F(Verification, DoesNotAskAPredictedPairForConsensusButForProofByTheClouds) {
   EXPECT_EQ(Judge(*second_, *first_, Truth(), std::nullopt).verdict, Verdict::kAccepted);
+  VerificationOptions strict;
+  strict.sure_quality = 1.0;
+  EXPECT_EQ(Judge(*second_, *first_, Truth(), std::nullopt, strict).verdict, Verdict::kDoubtful);
 }
 
 TEST_F(Verification, DoubtsWhatMovedFarFromItsStart) {
