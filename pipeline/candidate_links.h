@@ -13,8 +13,8 @@ struct CandidateLink {
   int candidate = 0;  ///< index into the candidates of pairs[link.pair]
 };
 
-/// Links for the best motion of every pair that was not rejected and, as doubtful ones, for those of
-/// its rivals that were not rejected either. In the order of the pairs and of their candidates.
+/// Links for the best motion of every pair that was not rejected and, as doubtful ones, for those
+/// of its rivals that were not rejected either. In the order of the pairs and of their candidates.
 std::vector<CandidateLink> MakeCandidateLinks(const std::vector<Pair>& pairs,
                                               const VerificationOptions& options);
 

@@ -152,36 +152,52 @@ class Discovery {
   }
 
   void Register(const PairBatch& batch) {
-    const bool full = batch.method == PairMethod::kFull;
     std::atomic<std::size_t> done = tried_;
     const std::size_t total = tried_ + batch.pairs.size();
     context_.Progress("pairs", tried_, total);
-    std::vector<Pair> results(batch.pairs.size());
     context_.ParallelFor(batch.pairs.size(), [&](std::size_t k) {
-      const std::size_t i = batch.pairs[k];
-      results[k].source = candidates_[i].source;
-      results[k].target = candidates_[i].target;
-      if (full) {
-        RegisterPair(stations_, options_, context_, &results[k]);
-      } else if (pairs_[i].best() != nullptr) {
-        // The prediction competes with what correspondences found; it must not hide their doubts.
-        results[k] = pairs_[i];
-        AddMotion(stations_, options_, context_, Relative(i), &results[k]);
-      } else {
-        RegisterPairFrom(stations_, options_, context_, Relative(i), &results[k]);
-      }
+      RegisterOne(batch.method, batch.pairs[k]);
       context_.Progress("pairs", ++done, total);
     });
-    for (std::size_t k = 0; k < batch.pairs.size(); ++k) {
-      const std::size_t i = batch.pairs[k];
-      PairProspect& candidate = candidates_[i];
-      (full ? candidate.tried_full : candidate.tried_predicted) = true;
-      pairs_[i] = std::move(results[k]);
-    }
     tried_ = total;
-    (full ? full_ : predicted_) += static_cast<int>(batch.pairs.size());
-    context_.Debug(fmt::format("pairs: {} {} tried", batch.pairs.size(),
-                               full ? "full registrations" : "predicted"));
+    const int count = static_cast<int>(batch.pairs.size());
+    (batch.method == PairMethod::kPredicted ? predicted_ : full_) += count;
+    context_.Debug(fmt::format("pairs: {} {}", count, Name(batch.method)));
+  }
+
+  static const char* Name(PairMethod method) {
+    switch (method) {
+      case PairMethod::kFull:
+        return "registered fully";
+      case PairMethod::kPredicted:
+        return "registered from predicted poses";
+      case PairMethod::kThorough:
+        return "tried again thoroughly";
+    }
+    return "";
+  }
+
+  void RegisterOne(PairMethod method, std::size_t i) {
+    PairProspect& candidate = candidates_[i];
+    if (method == PairMethod::kThorough) {
+      candidate.tried_thorough = true;
+      RegisterPairThoroughly(stations_, options_, context_, &pairs_[i]);
+    } else if (method == PairMethod::kFull) {
+      candidate.tried_full = true;
+      Pair pair;
+      pair.source = candidate.source;
+      pair.target = candidate.target;
+      RegisterPair(stations_, options_, context_, &pair);
+      pairs_[i] = std::move(pair);
+    } else {
+      candidate.tried_predicted = true;
+      // The prediction competes with what correspondences found; it must not hide their doubts.
+      if (pairs_[i].best() != nullptr) {
+        AddMotion(stations_, options_, context_, Relative(i), &pairs_[i]);
+      } else {
+        RegisterPairFrom(stations_, options_, context_, Relative(i), &pairs_[i]);
+      }
+    }
   }
 
   PairDiscovery Summarize() {

@@ -207,9 +207,9 @@ MatchingOptions MoreNeighbors(MatchingOptions options) {
   return options;
 }
 
-void RegisterUnguarded(const Station& source, const Station& target, const SurveyOptions& options,
-                       const ExecutionContext& context, Pair* pair) {
-  const PairClouds clouds(source, target);
+/// `clouds` must outlive it.
+CoarseInput MakeCoarseInput(const Station& source, const Station& target, const PairClouds& clouds,
+                            const SurveyOptions& options, const ExecutionContext& context) {
   CoarseInput input;
   input.correspondences =
       MatchStations(source.model, source.features, target.model, target.features, options.matching);
@@ -220,38 +220,49 @@ void RegisterUnguarded(const Station& source, const Station& target, const Surve
   if (clouds.level_sigma_rad) input.max_tilt_rad = LargestTilt(*clouds.level_sigma_rad);
   input.source_symmetries = source.symmetries;
   input.target_symmetries = target.symmetries;
-  input.cloud_score = [&](const RigidTransform& motion) {
+  input.cloud_score = [&clouds](const RigidTransform& motion) {
     return clouds.Score(clouds.source_index.sieve, clouds.target_index.sieve, 1.0, motion);
   };
-  input.full_cloud_score = [&](const RigidTransform& motion) {
+  input.full_cloud_score = [&clouds](const RigidTransform& motion) {
     return clouds.Score(clouds.source_index.sample, clouds.target_index.sample, 0.0, motion);
   };
   // Where no scanner can contradict a motion, every motion scores; half as well is no rival.
   const bool blind = !clouds.source.scanner_credible && !clouds.target.scanner_credible;
   input.least_rival_share = blind ? 0.5 : 0.0;
   input.least_rival_score = 0.5 * options.verification.min_overlap;
-  input.structure_images = [&](const RigidTransform& motion) {
+  input.structure_images = [&clouds](const RigidTransform& motion) {
     return FindStructureImages(clouds.source, clouds.source_index, clouds.target,
                                clouds.target_index, motion);
   };
-  input.cloud_refine = [&](const RigidTransform& motion) { return clouds.Refine(motion); };
+  input.cloud_refine = [&clouds](const RigidTransform& motion) { return clouds.Refine(motion); };
+  return input;
+}
+
+void RegisterUnguarded(const Station& source, const Station& target, const SurveyOptions& options,
+                       const ExecutionContext& context, Pair* pair) {
+  const PairClouds clouds(source, target);
+  const CoarseInput input = MakeCoarseInput(source, target, clouds, options, context);
   pair->correspondences = static_cast<int>(input.correspondences.size());
   AddCandidates(source, target, clouds, input, RegisterCoarse(input, options.coarse, context),
                 options, context, pair);
   RankCandidates(input.resolution_m, &pair->candidates);
-  if (pair->accepted()) return;
+  if (!IsSuspicious(*pair, options.verification)) return;
+  AddCandidates(source, target, clouds, input,
+                RegisterCoarse(input, Thorough(options.coarse), context), options, context, pair);
+  RankCandidates(input.resolution_m, &pair->candidates);
+}
+
+void VoteUnguarded(const Station& source, const Station& target, const SurveyOptions& options,
+                   const ExecutionContext& context, Pair* pair) {
+  const PairClouds clouds(source, target);
+  CoarseInput input = MakeCoarseInput(source, target, clouds, options, context);
   input.rotations =
       AlignedRotations(clouds.source, clouds.target, clouds.level_sigma_rad.has_value());
-  if (!input.rotations.empty()) {
-    input.ballots = MatchStations(source.model, source.features, target.model, target.features,
-                                  MoreNeighbors(options.matching));
-  }
-  const bool suspicious = IsSuspicious(*pair, options.verification);
-  if (input.rotations.empty() && !suspicious) return;
-  AddCandidates(
-      source, target, clouds, input,
-      RegisterCoarse(input, suspicious ? Thorough(options.coarse) : options.coarse, context),
-      options, context, pair);
+  if (input.rotations.empty()) return;
+  input.ballots = MatchStations(source.model, source.features, target.model, target.features,
+                                MoreNeighbors(options.matching));
+  AddCandidates(source, target, clouds, input, RegisterCoarse(input, options.coarse, context),
+                options, context, pair);
   RankCandidates(input.resolution_m, &pair->candidates);
 }
 
@@ -334,6 +345,13 @@ void RegisterPair(const std::vector<Station>& stations, const SurveyOptions& opt
                   const ExecutionContext& context, Pair* pair) {
   Guard(stations, context, pair, [&](const Station& source, const Station& target) {
     RegisterUnguarded(source, target, options, context, pair);
+  });
+}
+
+void RegisterPairThoroughly(const std::vector<Station>& stations, const SurveyOptions& options,
+                            const ExecutionContext& context, Pair* pair) {
+  Guard(stations, context, pair, [&](const Station& source, const Station& target) {
+    VoteUnguarded(source, target, options, context, pair);
   });
 }
 

@@ -51,6 +51,12 @@ std::vector<Pair> PlanPairs(const std::vector<Station>& stations, const PairSpec
 void RegisterPair(const std::vector<Station>& stations, const SurveyOptions& options,
                   const ExecutionContext& context, Pair* pair);
 
+/// A second try of a registered pair, for stations that walls surround: these tell the rotation,
+/// and correspondences vote for translations (stages/aligned_hypotheses.h). What it finds competes
+/// with the candidates that are there. About three times RegisterPair's time.
+void RegisterPairThoroughly(const std::vector<Station>& stations, const SurveyOptions& options,
+                            const ExecutionContext& context, Pair* pair);
+
 /// Fine registration and verification alone, from a predicted pose: one candidate. It is judged by
 /// overlap, free space, and how far it moves from the prediction; its information holds next to
 /// nothing of the prediction. About a third of RegisterPair's time.

@@ -99,7 +99,7 @@ class Selector {
         takes_part_[At(s)] = 1;
         full_tries_[At(s)] += pair.tried_full ? 1 : 0;
       }
-      spent += pair.tried_full && !pair.required ? 1 : 0;
+      if (!pair.required) spent += (pair.tried_full ? 1 : 0) + (pair.tried_thorough ? 1 : 0);
     }
     budget_ = std::max(0, options.full_per_station * members - spent);
     by_similarity_.resize(candidates.size());
@@ -122,11 +122,16 @@ class Selector {
     if (!batch.pairs.empty()) return batch;
     batch.method = PairMethod::kPredicted;
     batch.pairs = Predicted();
-    if (!batch.pairs.empty() || exhaustive) return batch;
+    if (!batch.pairs.empty()) return batch;
     batch.method = PairMethod::kFull;
     constexpr int kControlTries = 4;
-    batch.pairs = Propose(structure_.block, &structure_.component, kControlTries);
-    if (batch.pairs.empty()) batch.pairs = BetweenComponents();
+    if (!exhaustive) {
+      batch.pairs = Propose(structure_.block, &structure_.component, kControlTries);
+      if (batch.pairs.empty()) batch.pairs = BetweenComponents();
+      if (!batch.pairs.empty()) return batch;
+    }
+    batch.method = PairMethod::kThorough;
+    batch.pairs = Thorough(exhaustive);
     return batch;
   }
 
@@ -224,12 +229,24 @@ class Selector {
 
   std::vector<std::size_t> BetweenComponents() const {
     const int width = std::max(16, members_ / 4);
-    const int most = options_.until_connected ? width : std::min(width, budget_);
+    const int most = options_.until_connected ? width : std::min(width, budget_ - members_);
     std::vector<std::size_t> chosen;
     for (const std::size_t i : by_similarity_) {
       if (static_cast<int>(chosen.size()) >= most) break;
       const PairProspect& pair = candidates_[i];
       if (!IsOpenForFull(pair)) continue;
+      if (structure_.component[At(pair.source)] == structure_.component[At(pair.target)]) continue;
+      chosen.push_back(i);
+    }
+    return chosen;
+  }
+
+  std::vector<std::size_t> Thorough(bool exhaustive) const {
+    std::vector<std::size_t> chosen;
+    for (const std::size_t i : by_similarity_) {
+      if (!exhaustive && static_cast<int>(chosen.size()) >= budget_) break;
+      const PairProspect& pair = candidates_[i];
+      if (!IsOpen(pair) || !pair.tried_full || pair.tried_thorough) continue;
       if (structure_.component[At(pair.source)] == structure_.component[At(pair.target)]) continue;
       chosen.push_back(i);
     }

@@ -34,12 +34,14 @@ struct PairProspect {
   std::optional<double> predicted_overlap;
   bool tried_full = false;
   bool tried_predicted = false;
+  bool tried_thorough = false;
   bool accepted = false;  ///< a link of the network as it stands
 };
 
 enum class PairMethod {
   kFull,       ///< matching, coarse and fine registration: dear
   kPredicted,  ///< fine registration alone, from the pose that the network predicts: cheap
+  kThorough,   ///< again with votes for known rotations, several times as dear as kFull
 };
 
 /// The pairs to be registered next; none: done. Indices into the candidates, no order.
@@ -51,7 +53,7 @@ struct PairBatch {
 /// What to register next, given what is known; a pure function. Stations without a candidate (such
 /// as unreadable ones) play no part. In this order, the first that has something to do:
 ///   1. required pairs, fully;
-///   2. exhaustive (by option, or few stations): all pairs, fully, then 4, and nothing else;
+///   2. exhaustive (by option, or few stations): all pairs, fully, then 4 and 7;
 ///   3. while components are apart: every component but the largest proposes the most similar pairs
 ///      that leave it, for each station until it has been in full_per_station - 2 registrations;
 ///   4. pairs within a component that the poses predict to overlap, by prediction, until both ends
@@ -60,11 +62,14 @@ struct PairBatch {
 ///   5. parts that hang by a single link (2-edge-connected blocks): each but the largest proposes
 ///      full registrations to the others, so that every station comes onto a loop; at most four
 ///      registrations per station;
-///   6. components still apart: the most similar pairs between them, until full_per_station * n
-///      registrations are spent (until_connected: until no pair is left).
+///   6. components still apart: the most similar pairs between them, until (full_per_station - 1) *
+///   n
+///      registrations are spent (until_connected: until no pair is left);
+///   7. components still apart: pairs between them thoroughly that failed fully, the most similar
+///      first.
 /// No pair is registered twice by the same method; one that failed fully may be predicted, and the
-/// reverse. Full registrations beyond the required ones never exceed full_per_station * n unless
-/// exhaustive or until_connected. Ties go to the lower index. Time O(pairs log pairs).
+/// reverse. Full and thorough registrations beyond the required ones never exceed full_per_station
+/// * n unless exhaustive or until_connected. Ties go to the lower index. Time O(pairs log pairs).
 PairBatch NextPairs(int stations, std::span<const PairProspect> candidates,
                     const PairSelectionOptions& options);
 
