@@ -71,6 +71,12 @@ HallScene HallScene::WithPeople(std::uint64_t seed, int people) const {
   return busy;
 }
 
+HallScene HallScene::WithBox(const Eigen::Vector2d& center, const Eigen::Vector3d& size) const {
+  HallScene furnished = *this;
+  furnished.AddBox(center, size);
+  return furnished;
+}
+
 Eigen::Vector3d HallScene::Hit(const Eigen::Vector3d& from,
                                const Eigen::Vector3d& direction) const {
   double nearest = Distance(hall_, from, direction);

@@ -26,6 +26,9 @@ class HallScene {
   /// The same hall with people in it, each as large as one.
   HallScene WithPeople(std::uint64_t seed, int people) const;
 
+  /// The same hall with one more box on its floor.
+  HallScene WithBox(const Eigen::Vector2d& center, const Eigen::Vector3d& size) const;
+
   /// Where a ray from inside meets the first surface.
   Eigen::Vector3d Hit(const Eigen::Vector3d& from, const Eigen::Vector3d& direction) const;
 
