@@ -4,9 +4,8 @@
 
 #include <Eigen/Cholesky>
 
+#include "tests/stages/plate_campaign.h"
 #include "tests/support/matchers.h"
-#include "tests/support/synthetic_network.h"
-#include "tests/support/synthetic_planes.h"
 
 namespace backsight {
 namespace {
@@ -14,102 +13,7 @@ namespace {
 using Status = NetworkRefinementResult::Status;
 using Reason = NetworkRefinementResult::Reason;
 
-constexpr double kLinkShift = 0.004;  // m, standard deviation per axis
-constexpr double kLinkTurn = 3e-4;    // rad
-
-/// Stations in a hall of 20 m whose walls, floor and ceiling are plates of 0.7 m, and the pose
-/// graph's view of them.
-struct Campaign {
-  std::vector<StationModel> models;
-  std::vector<RigidTransform> truth;  ///< identity for the first
-  NetworkRefinementInput input;
-};
-
-struct CampaignOptions {
-  int stations = 4;
-  int plates = 8;   ///< per row and column of a wall
-  int points = 60;  ///< per plate and station
-  double noise_m = 0.002;
-  double tilt_rad = 0.05;  ///< largest, per axis
-};
-
-std::vector<RigidTransform> PlaceStations(Random& random, const CampaignOptions& options) {
-  std::vector<RigidTransform> poses;
-  for (int s = 0; s < options.stations; ++s) {
-    const double tilt = options.tilt_rad;
-    const Eigen::Vector3d turn(random.Uniform(-tilt, tilt), random.Uniform(-tilt, tilt),
-                               random.Uniform(-3.0, 3.0));
-    poses.push_back(s == 0 ? RigidTransform{}
-                           : RigidTransform{ExpSo3(turn), RandomPoint(random, 5.0)});
-  }
-  return poses;
-}
-
-StationModel Measure(Random& random, const CampaignOptions& options,
-                     const RigidTransform& survey_from_station) {
-  VoxelClusterer clusterer({.edge_m = 0.1});
-  const RigidTransform station_from_survey = survey_from_station.Inverse();
-  for (int plate = 0; plate < 6 * options.plates * options.plates; ++plate) {
-    if (random.Uniform() < 0.3) continue;  // hidden
-    const int side = plate % 6;
-    const int place = plate / 6;
-    for (int i = 0; i < options.points; ++i) {
-      Eigen::Vector3d p;
-      p[side / 2] = side % 2 == 0 ? -10.3 : 10.3;
-      p[(side / 2 + 1) % 3] = 2.0 * (place % options.plates - 4) + random.Uniform(0.0, 0.7);
-      p[(side / 2 + 2) % 3] = 2.0 * (place / options.plates - 4) + random.Uniform(0.0, 0.7);
-      clusterer.Add(station_from_survey * p + RandomNoise(random, options.noise_m));
-    }
-  }
-  StationModel model;
-  model.leaves = clusterer.Finish();
-  return model;
-}
-
-void LinkAll(Random& random, Campaign* campaign) {
-  Vector6d sigma;
-  sigma << Eigen::Vector3d::Constant(kLinkTurn), Eigen::Vector3d::Constant(kLinkShift);
-  const auto stations = static_cast<int>(campaign->truth.size());
-  for (int t = 0; t < stations; ++t) {
-    for (int s = t + 1; s < stations; ++s) {
-      const RigidTransform target_from_source =
-          campaign->truth[static_cast<std::size_t>(t)].Inverse() *
-          campaign->truth[static_cast<std::size_t>(s)];
-      Vector6d draw;
-      for (int i = 0; i < 6; ++i) draw[i] = sigma[i] * random.Normal();
-      campaign->input.links.push_back(
-          {s, t, Retract(target_from_source, draw), sigma.cwiseAbs2().cwiseInverse().asDiagonal()});
-    }
-  }
-}
-
-void SolveGraph(Campaign* campaign) {
-  const PoseGraphResult graph =
-      SolveWithCovariance(static_cast<int>(campaign->truth.size()), campaign->input.links);
-  campaign->input.survey_from_station = graph.survey_from_station;
-  campaign->input.covariance = graph.covariance;
-}
-
-Campaign MakeCampaign(std::uint64_t seed, const CampaignOptions& options) {
-  Random random(seed);
-  Campaign campaign;
-  campaign.truth = PlaceStations(random, options);
-  for (const RigidTransform& pose : campaign.truth) {
-    campaign.models.push_back(Measure(random, options, pose));
-  }
-  LinkAll(random, &campaign);
-  SolveGraph(&campaign);
-  return campaign;
-}
-
-NetworkRefinementResult Refine(Campaign& campaign, const NetworkRefinementOptions& options = {},
-                               int threads = 1) {
-  campaign.input.stations.clear();
-  for (const StationModel& model : campaign.models) campaign.input.stations.push_back(&model);
-  return RefineNetwork(campaign.input, options, ExecutionContext(threads));
-}
-
-double Nees(const Campaign& campaign, const NetworkRefinementResult& result) {
+double Nees(const PlateCampaign& campaign, const NetworkRefinementResult& result) {
   const auto rows = static_cast<Eigen::Index>(6 * (campaign.truth.size() - 1));
   Eigen::VectorXd error(rows);
   for (std::size_t s = 1; s < campaign.truth.size(); ++s) {
@@ -121,7 +25,7 @@ double Nees(const Campaign& campaign, const NetworkRefinementResult& result) {
 }
 
 TEST(RefineNetwork, RecoversTenStationsFromExactPlanes) {
-  Campaign campaign = MakeCampaign(1, {.stations = 10, .points = 40, .noise_m = 0.0});
+  PlateCampaign campaign = MakePlateCampaign(1, {.stations = 10, .points = 40, .noise_m = 0.0});
   const NetworkRefinementResult result = Refine(campaign);
   ASSERT_EQ(result.status, Status::kRefined) << static_cast<int>(result.reason);
   EXPECT_GT(result.planes, 300);
@@ -135,7 +39,7 @@ TEST(RefineNetwork, StatedUncertaintiesComeTrue) {
   double sum = 0.0;
   constexpr int kSeeds = 20;
   for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
-    Campaign campaign = MakeCampaign(seed, {});
+    PlateCampaign campaign = MakePlateCampaign(seed, {});
     const NetworkRefinementResult result = Refine(campaign);
     ASSERT_EQ(result.status, Status::kRefined) << seed;
     sum += Nees(campaign, result);
@@ -147,7 +51,7 @@ TEST(RefineNetwork, StatedUncertaintiesComeTrue) {
 }
 
 TEST(RefineNetwork, HeldOutPlanesSeeTheImprovement) {
-  Campaign campaign = MakeCampaign(2, {});
+  PlateCampaign campaign = MakePlateCampaign(2, {});
   const NetworkRefinementResult result = Refine(campaign);
   ASSERT_EQ(result.held_out.size(), 6U) << "every pair of four stations";
   int planes = 0;
@@ -164,7 +68,7 @@ TEST(RefineNetwork, HeldOutPlanesSeeTheImprovement) {
 }
 
 TEST(RefineNetwork, CostFallsInEveryRoundAndTheCovarianceIsSound) {
-  Campaign campaign = MakeCampaign(3, {});
+  PlateCampaign campaign = MakePlateCampaign(3, {});
   const NetworkRefinementResult result = Refine(campaign);
   ASSERT_EQ(result.status, Status::kRefined);
   ASSERT_GE(result.rounds.size(), 3U);
@@ -186,7 +90,7 @@ TEST(RefineNetwork, CostFallsInEveryRoundAndTheCovarianceIsSound) {
 }
 
 TEST(RefineNetwork, FloorOfTheStationsIsInTheCovariance) {
-  Campaign campaign = MakeCampaign(4, {});
+  PlateCampaign campaign = MakePlateCampaign(4, {});
   const auto without = Refine(campaign, {.floor_rotation_deg = 0.0, .floor_translation_m = 0.0});
   const auto with = Refine(campaign, {.floor_rotation_deg = 0.0, .floor_translation_m = 0.003});
   const Eigen::MatrixXd added = with.covariance - without.covariance;
@@ -199,7 +103,7 @@ TEST(RefineNetwork, FloorOfTheStationsIsInTheCovariance) {
 }
 
 TEST(RefineNetwork, TooFewPlanesLeaveThePosesAlone) {
-  Campaign campaign = MakeCampaign(5, {.stations = 3, .plates = 1});
+  PlateCampaign campaign = MakePlateCampaign(5, {.stations = 3, .plates = 1});
   const NetworkRefinementResult result = Refine(campaign);
   EXPECT_EQ(result.status, Status::kTooFewPlanes);
   for (std::size_t s = 0; s < 3; ++s) {
@@ -214,7 +118,7 @@ TEST(RefineNetwork, TooFewPlanesLeaveThePosesAlone) {
     EXPECT_LT((block - expected).norm(), 1e-6 * expected.norm());
   }
 
-  Campaign empty = MakeCampaign(5, {.stations = 2});
+  PlateCampaign empty = MakePlateCampaign(5, {.stations = 2});
   for (StationModel& model : empty.models) model.leaves.clear();
   const NetworkRefinementResult nothing = Refine(empty);
   EXPECT_EQ(nothing.status, Status::kTooFewPlanes);
@@ -222,7 +126,7 @@ TEST(RefineNetwork, TooFewPlanesLeaveThePosesAlone) {
 }
 
 TEST(RefineNetwork, AShiftedStationIsNotDraggedAndSpoilsNoOther) {
-  Campaign campaign = MakeCampaign(6, {.stations = 5});
+  PlateCampaign campaign = MakePlateCampaign(6, {.stations = 5});
   // All links of station 4 are wrong alike: nothing but the planes contradicts.
   const Eigen::Vector3d shift(1.1, -0.9, 1.3);
   for (PoseGraphLink& link : campaign.input.links) {
@@ -240,7 +144,7 @@ TEST(RefineNetwork, AShiftedStationIsNotDraggedAndSpoilsNoOther) {
 }
 
 TEST(RefineNetwork, AStationWithoutPlanesKeepsWhatItsLinksSay) {
-  Campaign campaign = MakeCampaign(7, {.stations = 4});
+  PlateCampaign campaign = MakePlateCampaign(7, {.stations = 4});
   campaign.models[3].leaves.clear();
   const NetworkRefinementResult result = Refine(campaign);
   ASSERT_EQ(result.status, Status::kRefined) << static_cast<int>(result.reason);
@@ -253,7 +157,7 @@ TEST(RefineNetwork, AStationWithoutPlanesKeepsWhatItsLinksSay) {
 }
 
 TEST(RefineNetwork, LevelsHoldTheTiltWhereNoPlaneDoes) {
-  Campaign campaign = MakeCampaign(8, {.stations = 3, .tilt_rad = 0.0});
+  PlateCampaign campaign = MakePlateCampaign(8, {.stations = 3, .tilt_rad = 0.0});
   campaign.models[2].leaves.clear();
   const auto tilt_sigma = [&](double level_rad) {
     campaign.input.level_sigma_rad.assign(3, std::nullopt);
@@ -267,7 +171,7 @@ TEST(RefineNetwork, LevelsHoldTheTiltWhereNoPlaneDoes) {
 }
 
 TEST(RefineNetwork, OneAndFourThreadsGiveTheSameBits) {
-  Campaign campaign = MakeCampaign(9, {.stations = 5});
+  PlateCampaign campaign = MakePlateCampaign(9, {.stations = 5});
   const NetworkRefinementResult a = Refine(campaign, {}, 1);
   const NetworkRefinementResult b = Refine(campaign, {}, 4);
   for (std::size_t s = 0; s < 5; ++s) {
@@ -280,7 +184,7 @@ TEST(RefineNetwork, OneAndFourThreadsGiveTheSameBits) {
 }
 
 TEST(RefineNetwork, AndersonOnlySavesIterations) {
-  Campaign campaign = MakeCampaign(10, {});
+  PlateCampaign campaign = MakePlateCampaign(10, {});
   const NetworkRefinementResult with = Refine(campaign);
   const NetworkRefinementResult without = Refine(campaign, {.anderson_window = 0});
   for (std::size_t s = 0; s < 4; ++s) {
@@ -293,7 +197,7 @@ TEST(RefineNetwork, AndersonOnlySavesIterations) {
 }
 
 TEST(RefineNetwork, OneStationIsNoNetwork) {
-  Campaign campaign = MakeCampaign(11, {.stations = 1});
+  PlateCampaign campaign = MakePlateCampaign(11, {.stations = 1});
   const NetworkRefinementResult result = Refine(campaign);
   EXPECT_EQ(result.status, Status::kTooFewPlanes);
   EXPECT_EQ(result.covariance, Eigen::MatrixXd::Zero(6, 6));
