@@ -92,10 +92,9 @@ bool Holds(const ClosureRecord& closure, const char* a, const char* b) {
 TEST(MakeClosureRecords, ListsEveryTriangleOnceAndRightOnesClose) {
   for (std::uint64_t seed = 0; seed < 5; ++seed) {
     const auto closures = Survey(seed, 4).Closures();
-    EXPECT_EQ(Triangles(closures), (std::vector<Triangle>{{"S1", "S2", "S3"},
-                                                          {"S1", "S2", "S4"},
-                                                          {"S1", "S3", "S4"},
-                                                          {"S2", "S3", "S4"}}));
+    EXPECT_EQ(Triangles(closures),
+              (std::vector<Triangle>{
+                  {"S1", "S2", "S3"}, {"S1", "S2", "S4"}, {"S1", "S3", "S4"}, {"S2", "S3", "S4"}}));
     for (const ClosureRecord& closure : closures) {
       EXPECT_LT(closure.coarse_m, 1e-12);
       EXPECT_LT(closure.coarse_deg, 1e-12);

@@ -24,8 +24,7 @@ HallStations MakeBays(std::uint64_t seed, bool furnished) {
   if (furnished) {
     scene = scene.WithBox({5.8, -2.6}, {5.6, 5.0, 1.0}).WithBox({-5.8, 3.6}, {5.6, 1.2, 3.4});
   }
-  const std::vector<Eigen::Vector3d> places = {
-      {-6.5, -2.0, 1.6}, {0.1, 0.2, 1.7}, {6.0, 2.5, 1.6}};
+  const std::vector<Eigen::Vector3d> places = {{-6.5, -2.0, 1.6}, {0.1, 0.2, 1.7}, {6.0, 2.5, 1.6}};
   return {scene, places, seed};
 }
 
