@@ -307,7 +307,10 @@ class Refinement {
     result_.variance_factor = precision.variance_factor;
     result_.block_m = precision.block_m;
     result_.weakest = precision.weakest;
-    if (PlanarCost(Problem(), poses) > PlanarCost(Problem(), input_.survey_from_station)) {
+    // Half a chi^2: rounding alone may lift the cost above that of an exact start.
+    constexpr double kNoCost = 1e-3;
+    if (PlanarCost(Problem(), poses) >
+        PlanarCost(Problem(), input_.survey_from_station) + kNoCost) {
       return KeepStart(Status::kKeptPoseGraph, Reason::kCostDidNotFall);
     }
     if (const int station = MovedTooFar(poses); station >= 0) {
@@ -315,7 +318,8 @@ class Refinement {
       return KeepStart(Status::kKeptPoseGraph, Reason::kStationMovedTooFar);
     }
     constexpr double kSignificant = 2.0;
-    if (held_out.mean_change_m2 > kSignificant * held_out.standard_error_m2) {
+    constexpr double kNoChange = 1e-10;  // m^2, 0.01 mm squared: rounding may be significant, too
+    if (held_out.mean_change_m2 > std::max(kSignificant * held_out.standard_error_m2, kNoChange)) {
       return KeepStart(Status::kKeptPoseGraph, Reason::kHeldOutPlanesWorse);
     }
     result_.status = Status::kRefined;
