@@ -134,7 +134,8 @@ TEST(RefineNetworkRefuses, TooFewPlanes) {
 TEST(RefineNetwork, DoesNotRefuseAStartThatIsExact) {
   // Nothing but rounding errors is left to compare, of the cost as of held-out planes.
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
-    PlateCampaign campaign = MakePlateCampaign(seed, {.points = 30, .noise_m = 0.0, .link_error = 0.0});
+    PlateCampaign campaign =
+        MakePlateCampaign(seed, {.points = 30, .noise_m = 0.0, .link_error = 0.0});
     campaign.input.survey_from_station = campaign.truth;
     const NetworkRefinementResult result = Refine(campaign);
     EXPECT_EQ(result.status, Status::kRefined) << seed << " " << static_cast<int>(result.reason);

@@ -25,14 +25,20 @@ StationModel Measure(Random& random, const PlateCampaignOptions& options, int st
   for (int plate = 0; plate < 6 * options.plates * options.plates; ++plate) {
     if (random.Uniform() < 0.3) continue;  // hidden
     const int side = plate % 6;
-    const int place = plate / 6;
+    const int column = plate / 6 % options.plates;
+    const int row = plate / 6 / options.plates;
     for (int i = 0; i < options.points; ++i) {
       Eigen::Vector3d p;
       p[side / 2] = side % 2 == 0 ? -10.3 : 10.3;
-      p[(side / 2 + 1) % 3] = 2.0 * (place % options.plates - 4) + random.Uniform(0.0, 0.7);
-      p[(side / 2 + 2) % 3] = 2.0 * (place / options.plates - 4) + random.Uniform(0.0, 0.7);
+      p[(side / 2 + 1) % 3] = 2.0 * (column - 4) + random.Uniform(0.0, 0.7);
+      p[(side / 2 + 2) % 3] = 2.0 * (row - 4) + random.Uniform(0.0, 0.7);
       if (options.seen && !options.seen(station, p)) continue;
       if (options.measured) p = options.measured(station, p);
+      clusterer.Add(station_from_survey * p + RandomNoise(random, options.noise_m));
+    }
+  }
+  if (options.things) {
+    for (const Eigen::Vector3d& p : options.things(random, survey_from_station.translation)) {
       clusterer.Add(station_from_survey * p + RandomNoise(random, options.noise_m));
     }
   }
