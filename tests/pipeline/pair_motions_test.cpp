@@ -57,6 +57,7 @@ TEST(AddMotion, DoesNotLetAFalseMotionDisplaceATrueOne) {
       Add(hall, motion, &pair);
       EXPECT_TRUE(pair.accepted()) << "seed " << seed << " " << ToString(pair.reason());
       EXPECT_EQ(Best(pair).Matrix(), before.Matrix());
+      EXPECT_EQ(pair.candidates.size(), 1U) << "nor is it kept as a rival";
     }
   }
 }

@@ -22,8 +22,7 @@ std::vector<Eigen::Vector3d> SeePipes(Random& random, const Eigen::Vector3d& ins
     const Eigen::Vector3d middle = RandomPoint(layout, 7.0);
     for (int i = 0; i < 1200; ++i) {
       const double angle = random.Uniform(0.0, 2.0 * std::numbers::pi);
-      const Eigen::Vector3d normal =
-          std::cos(angle) * axes.col(0) + std::sin(angle) * axes.col(1);
+      const Eigen::Vector3d normal = std::cos(angle) * axes.col(0) + std::sin(angle) * axes.col(1);
       const Eigen::Vector3d point =
           middle + 0.25 * normal + random.Uniform(-2.0, 2.0) * axes.col(2);
       if (normal.dot(instrument - point) > 0.0) points.push_back(point);

@@ -16,7 +16,7 @@
 namespace backsight {
 namespace {
 
-constexpr double kVoxel = 0.1;   // m
+constexpr double kVoxel = 0.1;    // m
 constexpr double kNoise = 0.002;  // m, across the surface
 
 struct Patch {
