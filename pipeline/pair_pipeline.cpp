@@ -97,16 +97,28 @@ PairCandidate MakeCandidate(const PairClouds& clouds, CoarseCandidate coarse,
   return candidate;
 }
 
-/// Motions from different starts may have been refined to the same one: the first of them stays.
+/// Whether `a`, the same motion as `b` but for some decimetres, is the better refined of the two.
+bool IsBetterRefined(const PairCandidate& a, const PairCandidate& b) {
+  return a.verification.verdict <= b.verification.verdict &&
+         a.verification.quality.value > b.verification.quality.value &&
+         !IsContradictedMore(a.verification, b.verification);
+}
+
+/// Motions from different starts may have been refined to the same one: the better refined stays,
+/// the first of equals.
 void EraseRepeats(double resolution_m, std::vector<PairCandidate>* candidates) {
   std::vector<PairCandidate> distinct;
   for (PairCandidate& candidate : *candidates) {
-    const bool repeated =
-        std::any_of(distinct.begin(), distinct.end(), [&](const PairCandidate& other) {
+    const auto same =
+        std::find_if(distinct.begin(), distinct.end(), [&](const PairCandidate& other) {
           return IsSameMotion(other.fine.target_from_source, candidate.fine.target_from_source,
                               resolution_m);
         });
-    if (!repeated) distinct.push_back(std::move(candidate));
+    if (same == distinct.end()) {
+      distinct.push_back(std::move(candidate));
+    } else if (IsBetterRefined(candidate, *same)) {
+      *same = std::move(candidate);
+    }
   }
   *candidates = std::move(distinct);
 }
@@ -161,6 +173,13 @@ void RankCandidates(double resolution_m, std::vector<PairCandidate>* candidates)
   }
 }
 
+/// Whether the refinement of `a` would end where that of `b` does.
+bool IsSameStart(const RigidTransform& a, const RigidTransform& b, double resolution_m) {
+  constexpr double kNearAngle = 0.5 * std::numbers::pi / 180.0;
+  return (a.translation - b.translation).norm() < 0.5 * resolution_m &&
+         RotationAngle(a.rotation, b.rotation) < kNearAngle;
+}
+
 /// Refines and verifies the coarse candidates that are not there yet.
 void AddCandidates(const Station& source, const Station& target, const PairClouds& clouds,
                    const CoarseInput& input, CoarseResult coarse, const SurveyOptions& options,
@@ -169,8 +188,8 @@ void AddCandidates(const Station& source, const Station& target, const PairCloud
   for (CoarseCandidate& candidate : coarse.candidates) {
     const bool known = std::any_of(
         pair->candidates.begin(), pair->candidates.end(), [&](const PairCandidate& other) {
-          return IsSameMotion(other.coarse.target_from_source, candidate.target_from_source,
-                              input.resolution_m);
+          return IsSameStart(other.coarse.target_from_source, candidate.target_from_source,
+                             input.resolution_m);
         });
     if (known) continue;
     std::vector<Eigen::Vector3d> structure_points;
@@ -261,8 +280,11 @@ void VoteUnguarded(const Station& source, const Station& target, const SurveyOpt
   if (input.rotations.empty()) return;
   input.ballots = MatchStations(source.model, source.features, target.model, target.features,
                                 MoreNeighbors(options.matching));
-  AddCandidates(source, target, clouds, input, RegisterCoarse(input, options.coarse, context),
-                options, context, pair);
+  const bool suspicious = IsSuspicious(*pair, options.verification);
+  AddCandidates(
+      source, target, clouds, input,
+      RegisterCoarse(input, suspicious ? Thorough(options.coarse) : options.coarse, context),
+      options, context, pair);
   RankCandidates(input.resolution_m, &pair->candidates);
 }
 
