@@ -76,23 +76,50 @@ TEST(FindRivalPlacements, LoneOutliersAreNone) {
   EXPECT_TRUE(Find(network, used, {}).empty());
 }
 
-TEST(FindRivalPlacements, AStationOfOneLinkAgainstAnotherIsUndecided) {
+/// Station 3 hangs by one used link; its other link, not used, would have it `shift_m` elsewhere.
+SyntheticNetwork HangingStation(double shift_m, bool doubtful, double credibility,
+                                std::vector<char>* used) {
   auto network = MakeNetwork(3, 4, 1.0, 1.0);
   std::erase_if(network.links, [](const PoseGraphLink& link) {
     return std::minmax(link.source, link.target) == std::minmax(1, 3);
   });
-  std::vector<char> used;
   for (PoseGraphLink& link : network.links) {
     const bool shifted = std::minmax(link.source, link.target) == std::minmax(0, 3);
-    if (shifted) link = Displaced(link, network, {Eigen::Matrix3d::Identity(), {4.0, 0.0, 0.0}});
-    used.push_back(shifted ? 0 : 1);
+    if (shifted) {
+      link = Displaced(link, network, {Eigen::Matrix3d::Identity(), {shift_m, 0.0, 0.0}});
+      link.doubtful = doubtful;
+      link.credibility = credibility;
+    }
+    used->push_back(shifted ? 0 : 1);
   }
+  return network;
+}
+
+TEST(FindRivalPlacements, AStationOfOneLinkAgainstAnotherIsUndecided) {
+  std::vector<char> used;
+  const auto network = HangingStation(4.0, false, 1.0, &used);
   const auto found = Find(network, used, {});
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found[0].kept, 1);
   EXPECT_EQ(found[0].links.size(), 1U);
   EXPECT_TRUE(found[0].Undecided());
   EXPECT_NEAR(found[0].displacement.translation.norm(), 4.0, 0.05);
+}
+
+TEST(FindRivalPlacements, ASingleDoubtfulLinkNeedsCredibility) {
+  for (const double credibility : {0.0, 0.3, 0.6, 1.0}) {
+    std::vector<char> used;
+    const auto network = HangingStation(4.0, true, credibility, &used);
+    EXPECT_EQ(Find(network, used, {}).size(), credibility >= kCredible ? 1U : 0U) << credibility;
+  }
+}
+
+TEST(FindRivalPlacements, APoorMeasurementOfTheSamePlaceIsNone) {
+  for (const double shift_m : {0.15, 0.25}) {
+    std::vector<char> used;
+    const auto network = HangingStation(shift_m, false, 1.0, &used);
+    EXPECT_EQ(Find(network, used, {}).size(), shift_m < 0.2 ? 0U : 1U) << shift_m;
+  }
 }
 
 TEST(FindRivalPlacements, CountsLinksForAndAgainstAShiftedStation) {
@@ -116,6 +143,14 @@ TEST(FindRivalPlacements, CountsLinksForAndAgainstAShiftedStation) {
   EXPECT_EQ(found[0].links.size(), 2U);
   EXPECT_DOUBLE_EQ(found[0].margin, kFullVote);
   EXPECT_TRUE(found[0].Undecided()) << "three against two is not enough";
+
+  for (std::size_t l = 0; l < used.size(); ++l) {
+    if (used[l] == 0) network.links[l].credibility = 0.1;
+  }
+  const auto hardly = Find(network, used, {});
+  ASSERT_EQ(hardly.size(), 1U);
+  EXPECT_DOUBLE_EQ(hardly[0].margin, (3.0 - 2.0 * 0.1) * kFullVote);
+  EXPECT_FALSE(hardly[0].Undecided()) << "what is hardly credible does not count as much";
 }
 
 }  // namespace
