@@ -268,7 +268,8 @@ Scene OpenField(std::uint64_t seed) {
     scene.trees.push_back({Jitter(random, kHalf), tall, 0.3 * tall, 1000});
   }
   for (int i = 0; i < 6; ++i) {
-    const Eigen::Vector2d grid(30.0 * (i % 3) - 30.0, 30.0 * (i / 3) - 15.0);
+    const int row = i / 3;
+    const Eigen::Vector2d grid(30.0 * (i % 3) - 30.0, 30.0 * row - 15.0);
     AddStation(grid + Jitter(random, 4.0), random, scene);
   }
   return scene;
