@@ -17,7 +17,7 @@ struct SkippedPair {
 struct PairDiscovery {
   std::vector<Pair> pairs;           ///< tried, by target, then source
   std::vector<SkippedPair> skipped;  ///< in the same order
-  int full = 0;                      ///< full registrations
+  int full = 0;                      ///< full registrations, second tries included
   int predicted = 0;                 ///< fine registrations from a predicted pose
   int components = 0;                ///< of usable stations, by the accepted pairs
 };

@@ -372,9 +372,12 @@ void RegisterPair(const std::vector<Station>& stations, const SurveyOptions& opt
 
 void RegisterPairThoroughly(const std::vector<Station>& stations, const SurveyOptions& options,
                             const ExecutionContext& context, Pair* pair) {
-  Guard(stations, context, pair, [&](const Station& source, const Station& target) {
-    VoteUnguarded(source, target, options, context, pair);
+  Pair attempt = *pair;
+  Guard(stations, context, &attempt, [&](const Station& source, const Station& target) {
+    VoteUnguarded(source, target, options, context, &attempt);
   });
+  // What failed the second time does not take back what was found the first.
+  if (attempt.fault.empty() || pair->best() == nullptr) *pair = std::move(attempt);
 }
 
 void RegisterPairFrom(const std::vector<Station>& stations, const SurveyOptions& options,

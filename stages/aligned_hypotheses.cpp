@@ -61,7 +61,7 @@ std::vector<Ballot> Collect(const Correspondences& c, const Eigen::Matrix3d& rot
 Tally Count(const std::vector<Ballot>& ballots, std::uint64_t cell,
             const Eigen::Matrix3d& rotation) {
   const Eigen::Vector3i center = VoxelLattice::Unpack(cell);
-  std::set<std::uint32_t> voters;
+  std::vector<std::uint32_t> voters;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   double count = 0.0;
   for (int i = 0; i < 27; ++i) {
@@ -71,12 +71,14 @@ Tally Count(const std::vector<Ballot>& ballots, std::uint64_t cell,
         std::lower_bound(ballots.begin(), ballots.end(), key,
                          [](const Ballot& b, std::uint64_t value) { return b.cell < value; });
     for (; ballot != ballots.end() && ballot->cell == key; ++ballot) {
-      voters.insert(ballot->source);
+      voters.push_back(ballot->source);
       sum += ballot->translation;
       count += 1.0;
     }
   }
-  return {static_cast<int>(voters.size()), cell, {rotation, sum / count}};
+  std::sort(voters.begin(), voters.end());
+  const auto distinct = std::unique(voters.begin(), voters.end()) - voters.begin();
+  return {static_cast<int>(distinct), cell, {rotation, sum / count}};
 }
 
 }  // namespace

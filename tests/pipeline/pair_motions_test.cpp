@@ -44,6 +44,15 @@ TEST(AddMotion, LetsATrueMotionWinOverAContradictedOne) {
   }
 }
 
+TEST(RegisterPairThoroughly, FindsTheTruthThatAFalseMotionStandsFor) {
+  const HallStations hall = MakeTwo(1, 8);
+  Pair pair = RegisterFrom(hall, hall.HalfTurned(1, 0));
+  ASSERT_FALSE(pair.accepted());
+  RegisterPairThoroughly(hall.stations, {}, ExecutionContext(1), &pair);
+  EXPECT_TRUE(pair.accepted()) << ToString(pair.reason());
+  EXPECT_TRANSFORM_NEAR(Best(pair), hall.Truth(1, 0), kNearAngle, kNearDistance);
+}
+
 TEST(AddMotion, DoesNotLetAFalseMotionDisplaceATrueOne) {
   for (std::uint64_t seed = 1; seed <= 2; ++seed) {
     const HallStations hall = MakeTwo(seed, 8);
