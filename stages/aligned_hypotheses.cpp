@@ -1,7 +1,6 @@
 #include "stages/aligned_hypotheses.h"
 
 #include <algorithm>
-#include <array>
 #include <set>
 
 #include "core/voxel_grid.h"
@@ -23,24 +22,6 @@ struct Tally {
   std::uint64_t cell = 0;
   RigidTransform motion;
 };
-
-/// All proper rotations of a cube, those about z first.
-std::vector<Eigen::Matrix3d> CubeRotations() {
-  std::vector<Eigen::Matrix3d> rotations;
-  constexpr std::array<std::array<int, 3>, 6> kOrders{
-      {{0, 1, 2}, {1, 0, 2}, {0, 2, 1}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}}};
-  for (const auto& order : kOrders) {
-    for (int signs = 0; signs < 8; ++signs) {
-      Eigen::Matrix3d rotation = Eigen::Matrix3d::Zero();
-      for (int row = 0; row < 3; ++row) {
-        const bool negative = (signs >> row & 1) != 0;
-        rotation(row, order[static_cast<std::size_t>(row)]) = negative ? -1.0 : 1.0;
-      }
-      if (rotation.determinant() > 0.0) rotations.push_back(rotation);
-    }
-  }
-  return rotations;
-}
 
 std::vector<Ballot> Collect(const Correspondences& c, const Eigen::Matrix3d& rotation,
                             const VoxelLattice& lattice) {
@@ -92,7 +73,7 @@ std::vector<Eigen::Matrix3d> AlignedRotations(const Surface& source, const Surfa
   constexpr double kFewestWalls = 0.3;
   std::vector<Eigen::Matrix3d> rotations;
   if (std::min(of_source.wall_share, of_target.wall_share) < kFewestWalls) return rotations;
-  for (const Eigen::Matrix3d& turn : CubeRotations()) {
+  for (const Eigen::Matrix3d& turn : CubeTurns()) {
     if (levelled && turn(2, 2) < 0.5) continue;
     rotations.emplace_back(of_target.frame_from_cloud.transpose() * turn *
                            of_source.frame_from_cloud);

@@ -83,6 +83,21 @@ std::pair<double, double> CommonQuarterAngle(const std::vector<double>& angles) 
 
 }  // namespace
 
+std::vector<Eigen::Matrix3d> CubeTurns() {
+  std::vector<Eigen::Matrix3d> turns;
+  std::array<int, 3> order{0, 1, 2};
+  do {
+    for (int signs = 0; signs < 8; ++signs) {
+      Eigen::Matrix3d turn = Eigen::Matrix3d::Zero();
+      for (int axis = 0; axis < 3; ++axis) {
+        turn(axis, order[static_cast<std::size_t>(axis)]) = (signs >> axis & 1) != 0 ? -1.0 : 1.0;
+      }
+      if (turn.determinant() > 0.0) turns.push_back(turn);
+    }
+  } while (std::next_permutation(order.begin(), order.end()));
+  return turns;
+}
+
 DominantFrame FindDominantFrame(std::span<const Eigen::Vector3f> normals,
                                 const std::optional<Eigen::Vector3d>& up) {
   DominantFrame frame;

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <optional>
 #include <span>
+#include <vector>
 
 namespace backsight {
 
@@ -21,5 +22,8 @@ struct DominantFrame {
 /// evenly chosen. Time O(n), about 2 ms.
 DominantFrame FindDominantFrame(std::span<const Eigen::Vector3f> normals,
                                 const std::optional<Eigen::Vector3d>& up = std::nullopt);
+
+/// The 24 turns of a cube: all that permute three axes.
+std::vector<Eigen::Matrix3d> CubeTurns();
 
 }  // namespace backsight

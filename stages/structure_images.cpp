@@ -7,6 +7,8 @@
 #include <cmath>
 #include <optional>
 
+#include "stages/dominant_frame.h"
+
 namespace backsight {
 namespace {
 
@@ -160,22 +162,6 @@ std::vector<Shift> BestShifts(const OffsetHistograms& target, int to,
     if (best.size() == kShiftsPerAxis) break;
   }
   return best;
-}
-
-/// The 24 turns that permute the axes.
-std::vector<Eigen::Matrix3d> CubeTurns() {
-  std::vector<Eigen::Matrix3d> turns;
-  std::array<int, 3> order{0, 1, 2};
-  do {
-    for (int signs = 0; signs < 8; ++signs) {
-      Eigen::Matrix3d turn = Eigen::Matrix3d::Zero();
-      for (int axis = 0; axis < 3; ++axis) {
-        turn(axis, order[static_cast<std::size_t>(axis)]) = (signs >> axis & 1) != 0 ? -1.0 : 1.0;
-      }
-      if (turn.determinant() > 0.0) turns.push_back(turn);
-    }
-  } while (std::next_permutation(order.begin(), order.end()));
-  return turns;
 }
 
 }  // namespace
