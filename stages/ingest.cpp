@@ -2,6 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <numbers>
+
+#include "core/angular_step.h"
 #include "core/error.h"
 
 namespace backsight {
@@ -12,7 +16,8 @@ constexpr double kFarFromScanner = 1000.0;  // m; float coordinates would lose d
 /// Collects everything that can be known while the points stream by.
 class Pass {
  public:
-  Pass(const VoxelLattice& lattice) : lattice_(lattice), clusterer_(lattice) {}
+  Pass(const VoxelLattice& lattice, const Eigen::Vector3d& scanner)
+      : lattice_(lattice), scanner_(scanner), clusterer_(lattice) {}
 
   void Add(const Eigen::Vector3d& point) {
     if (!lattice_.Contains(point)) {
@@ -20,6 +25,7 @@ class Pass {
       return;
     }
     clusterer_.Add(point);
+    step_.Add(point - scanner_);
     min_ = min_.cwiseMin(point);
     max_ = max_.cwiseMax(point);
     ++points_;
@@ -35,10 +41,13 @@ class Pass {
     return model;
   }
   std::uint64_t outside() const { return outside_; }
+  double step_rad() const { return step_.Radians(); }
 
  private:
   VoxelLattice lattice_;
+  Eigen::Vector3d scanner_;
   VoxelClusterer clusterer_;
+  AngularStep step_;
   Eigen::Vector3d min_ = Eigen::Vector3d::Constant(HUGE_VAL);
   Eigen::Vector3d max_ = Eigen::Vector3d::Constant(-HUGE_VAL);
   std::uint64_t points_ = 0;
@@ -55,10 +64,18 @@ VoxelLattice LatticeAround(const PointChunk& chunk, double edge_m) {
   return lattice;
 }
 
+/// Pixels no smaller than the beams were apart: in smaller ones surfaces that a beam passes at a
+/// grazing angle would seem to be missing, and those beyond them to be seen through them.
+double PixelDegrees(double step_rad, const IngestOptions& options) {
+  constexpr double kWidest = 5.0;
+  const double step_deg = step_rad * 180.0 / std::numbers::pi;
+  return std::min(std::max(step_deg, options.range_image_deg), kWidest);
+}
+
 /// From station to instrument coordinates; the range image is made of the latter.
-void MoveToInstrument(double range_image_deg, StationModel* model) {
+void MoveToInstrument(double pixel_deg, StationModel* model) {
   model->lattice.origin -= model->scanner_origin;
-  model->range_image = RangeImage(Eigen::Vector3d::Zero(), range_image_deg);
+  model->range_image = RangeImage(Eigen::Vector3d::Zero(), pixel_deg);
   for (VoxelLeaf& leaf : model->leaves) {
     leaf.cluster.mean -= model->scanner_origin;
     model->range_image.Add(leaf.cluster.mean);
@@ -75,7 +92,8 @@ void VisitOptions(OptionVisitor& visitor, IngestOptions& options) {
   visitor.Real("max_range_m", options.max_range_m, "m", 1.0, 10000.0,
                "farther returns are dropped");
   visitor.Real("range_image_deg", options.range_image_deg, "deg", 0.05, 5.0,
-               "pixel of the spherical image of what the scanner saw");
+               "least pixel of the spherical image of what the scanner saw; wider where its beams "
+               "were farther apart");
 }
 
 IngestResult IngestScan(const std::string& station_id, ScanReader& reader,
@@ -87,7 +105,9 @@ IngestResult IngestScan(const std::string& station_id, ScanReader& reader,
   const Eigen::Vector3d origin = scanner_origin.value_or(Eigen::Vector3d::Zero());
   while (reader.Next(chunk)) {
     context.CheckStop();
-    if (!pass && !chunk.empty()) pass.emplace(LatticeAround(chunk, options.resolution_m));
+    if (!pass && !chunk.empty()) {
+      pass.emplace(LatticeAround(chunk, options.resolution_m), origin);
+    }
     for (std::size_t i = 0; i < chunk.size(); ++i) {
       const Eigen::Vector3d point(chunk.x[i], chunk.y[i], chunk.z[i]);
       const double range = (point - origin).norm();
@@ -128,7 +148,7 @@ IngestResult IngestScan(const std::string& station_id, ScanReader& reader,
                     "scanner's frame; give scanner_origin_m if you know it",
                     center.norm()));
   }
-  MoveToInstrument(options.range_image_deg, &result.model);
+  MoveToInstrument(PixelDegrees(pass->step_rad(), options), &result.model);
   return result;
 }
 
