@@ -9,8 +9,8 @@ namespace backsight {
 
 struct PrematchOptions {
   int keypoints = 600;  ///< of each station, the most unusual ones
-  int neighbors = 2;    ///< mutual nearest descriptors
-  int nodes = 150;      ///< correspondences kept by node reliability
+  int neighbors = 3;    ///< mutual nearest descriptors
+  int nodes = 300;      ///< correspondences kept by node reliability
   int hypotheses = 20;  ///< motions compared by what the scanners saw
   int surface = 400;    ///< voxels of each station that are looked at
 };

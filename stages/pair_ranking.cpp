@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <numeric>
 
 #include "stages/pair_prematch.h"
 #include "stages/station_signature.h"
@@ -61,17 +60,6 @@ std::vector<std::size_t> BestOfEachStation(std::size_t stations, int most,
   return chosen;
 }
 
-/// Scores minus their mean, in units of their standard deviation.
-std::vector<double> Standardised(std::vector<double> scores) {
-  const double n = std::max(1.0, static_cast<double>(scores.size()));
-  const double mean = std::accumulate(scores.begin(), scores.end(), 0.0) / n;
-  double squares = 0.0;
-  for (const double score : scores) squares += (score - mean) * (score - mean);
-  const double deviation = std::max(std::sqrt(squares / n), 1e-9);
-  for (double& score : scores) score = (score - mean) / deviation;
-  return scores;
-}
-
 std::vector<double> PrematchScores(const std::vector<RankedStation>& stations,
                                    const PairRankingOptions& options,
                                    const std::vector<PairProspect>& candidates,
@@ -123,7 +111,7 @@ void VisitOptions(OptionVisitor& visitor, PairRankingOptions& options) {
 
 void RankPairs(const std::vector<RankedStation>& stations, const PairRankingOptions& options,
                const ExecutionContext& context, std::vector<PairProspect>* candidates) {
-  // Larger than any standardised score: first what priors place nearby, last what was not matched.
+  // Larger than any score: first what priors place nearby, last what was not matched.
   constexpr double kTier = 1000.0;
   const std::vector<double> signature =
       SignatureScores(stations, options.words, *candidates, context);
@@ -132,14 +120,9 @@ void RankPairs(const std::vector<RankedStation>& stations, const PairRankingOpti
   for (std::size_t i = 0; i < candidates->size(); ++i) {
     (*candidates)[i].similarity = signature[i] - kTier;
   }
-  std::vector<double> of_chosen;
-  of_chosen.reserve(chosen.size());
-  for (const std::size_t i : chosen) of_chosen.push_back(signature[i]);
-  const std::vector<double> by_signature = Standardised(of_chosen);
-  const std::vector<double> by_match =
-      Standardised(PrematchScores(stations, options, *candidates, chosen, context));
+  const std::vector<double> match = PrematchScores(stations, options, *candidates, chosen, context);
   for (std::size_t k = 0; k < chosen.size(); ++k) {
-    (*candidates)[chosen[k]].similarity = by_signature[k] + by_match[k];
+    (*candidates)[chosen[k]].similarity = match[k];
   }
   for (PairProspect& pair : *candidates) {
     pair.similarity +=

@@ -12,9 +12,9 @@
 namespace backsight {
 
 struct PairRankingOptions {
-  int words = 64;                 ///< of the vocabulary of the stations' signatures
-  int prematch_per_station = 40;  ///< the most similar of each station that are matched cheaply
-  int prematch_keypoints = 600;   ///< of each station
+  int words = 64;                  ///< of the vocabulary of the stations' signatures
+  int prematch_per_station = 100;  ///< the most similar of each station that are matched cheaply
+  int prematch_keypoints = 600;    ///< of each station
 };
 void VisitOptions(OptionVisitor& visitor, PairRankingOptions& options);
 
@@ -27,10 +27,11 @@ struct RankedStation {
   std::optional<StationPrior> prior;
 };
 
-/// Sets `similarity` of every candidate that may be tried: signatures of all pairs, then a cheap
-/// match of those with the best signatures, whose score counts with the signature's in units of
-/// their spreads. Pairs that both stations' priors place near each other come first, nearest first.
-/// Time 3 us a pair, and some 10 ms for each pair matched; does not depend on the threads.
+/// Sets `similarity` of every candidate that may be tried: the score of a cheap match for those of
+/// each station with the best signatures, which a few hundred stations' pairs all are; the rest
+/// come last, by their signatures. Pairs that both stations' priors place near each other come
+/// first, nearest first. Time 3 us a pair, and some 10 ms for each pair matched; does not depend on
+/// the threads.
 void RankPairs(const std::vector<RankedStation>& stations, const PairRankingOptions& options,
                const ExecutionContext& context, std::vector<PairProspect>* candidates);
 
