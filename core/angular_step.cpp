@@ -19,12 +19,11 @@ AngularStep::AngularStep() : covered_(static_cast<std::size_t>(kRows) * kColumns
 
 void AngularStep::Add(const Eigen::Vector3d& from_scanner) {
   const double azimuth = std::atan2(from_scanner.y(), from_scanner.x()) + pi;
-  const double polar =
-      std::atan2(std::hypot(from_scanner.x(), from_scanner.y()), from_scanner.z());
+  const double polar = std::atan2(std::hypot(from_scanner.x(), from_scanner.y()), from_scanner.z());
   const int row = std::clamp(static_cast<int>(polar / kCell), 0, kRows - 1);
   const int column = std::clamp(static_cast<int>(azimuth / kCell), 0, kColumns - 1);
-  char& covered = covered_[static_cast<std::size_t>(row) * kColumns +
-                           static_cast<std::size_t>(column)];
+  char& covered =
+      covered_[static_cast<std::size_t>(row) * kColumns + static_cast<std::size_t>(column)];
   cells_ += covered == 0 ? 1 : 0;
   covered = 1;
   ++points_;
