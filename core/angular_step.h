@@ -2,7 +2,8 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <vector>
+
+#include "core/range_image.h"
 
 namespace backsight {
 
@@ -12,17 +13,16 @@ namespace backsight {
 /// geometric mean of both steps where they differ.
 class AngularStep {
  public:
-  AngularStep();
+  explicit AngularStep(const Eigen::Vector3d& scanner);
 
-  /// `from_scanner`: a measured point less the scanner's position. Time O(1).
-  void Add(const Eigen::Vector3d& from_scanner);
+  /// A measured point, in the frame of the scanner's position. Time O(1).
+  void Add(const Eigen::Vector3d& point);
 
   /// Radians; 0 without points.
   double Radians() const;
 
  private:
-  std::vector<char> covered_;
-  std::uint64_t cells_ = 0;
+  RangeImage covered_;
   std::uint64_t points_ = 0;
 };
 

@@ -35,6 +35,11 @@ double RangeImage::Coverage() const {
   return all > 0.0 ? seen / all : 0.0;
 }
 
+std::size_t RangeImage::Measured() const {
+  return static_cast<std::size_t>(std::count_if(
+      pixels_.begin(), pixels_.end(), [](const Pixel& pixel) { return pixel.max_m > 0.0F; }));
+}
+
 double RangeImage::PixelAngle() const { return pi / rows_; }
 
 RangeImage::Window RangeImage::Around(const Eigen::Vector3d& point) const {

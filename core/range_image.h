@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <utility>
 #include <vector>
 
@@ -41,6 +42,8 @@ class RangeImage {
   double PixelAngle() const;
   /// Share of directions, by solid angle, in which something was measured, 0 to 1.
   double Coverage() const;
+  /// Pixels in which something was measured.
+  std::size_t Measured() const;
 
  private:
   std::size_t Index(int row, int column) const {

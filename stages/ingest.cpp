@@ -12,12 +12,13 @@ namespace backsight {
 namespace {
 
 constexpr double kFarFromScanner = 1000.0;  // m; float coordinates would lose digits
+constexpr double kWidestPixelDegrees = 5.0;
 
 /// Collects everything that can be known while the points stream by.
 class Pass {
  public:
   Pass(const VoxelLattice& lattice, const Eigen::Vector3d& scanner)
-      : lattice_(lattice), scanner_(scanner), clusterer_(lattice) {}
+      : lattice_(lattice), clusterer_(lattice), step_(scanner) {}
 
   void Add(const Eigen::Vector3d& point) {
     if (!lattice_.Contains(point)) {
@@ -25,7 +26,7 @@ class Pass {
       return;
     }
     clusterer_.Add(point);
-    step_.Add(point - scanner_);
+    step_.Add(point);
     min_ = min_.cwiseMin(point);
     max_ = max_.cwiseMax(point);
     ++points_;
@@ -45,7 +46,6 @@ class Pass {
 
  private:
   VoxelLattice lattice_;
-  Eigen::Vector3d scanner_;
   VoxelClusterer clusterer_;
   AngularStep step_;
   Eigen::Vector3d min_ = Eigen::Vector3d::Constant(HUGE_VAL);
@@ -67,9 +67,8 @@ VoxelLattice LatticeAround(const PointChunk& chunk, double edge_m) {
 /// Pixels no smaller than the beams were apart: in smaller ones surfaces that a beam passes at a
 /// grazing angle would seem to be missing, and those beyond them to be seen through them.
 double PixelDegrees(double step_rad, const IngestOptions& options) {
-  constexpr double kWidest = 5.0;
   const double step_deg = step_rad * 180.0 / std::numbers::pi;
-  return std::min(std::max(step_deg, options.range_image_deg), kWidest);
+  return std::clamp(step_deg, options.range_image_deg, kWidestPixelDegrees);
 }
 
 /// From station to instrument coordinates; the range image is made of the latter.
@@ -91,7 +90,7 @@ void VisitOptions(OptionVisitor& visitor, IngestOptions& options) {
                "nearer returns are dropped (instrument, tripod, operator)");
   visitor.Real("max_range_m", options.max_range_m, "m", 1.0, 10000.0,
                "farther returns are dropped");
-  visitor.Real("range_image_deg", options.range_image_deg, "deg", 0.05, 5.0,
+  visitor.Real("range_image_deg", options.range_image_deg, "deg", 0.05, kWidestPixelDegrees,
                "least pixel of the spherical image of what the scanner saw; wider where its beams "
                "were farther apart");
 }

@@ -28,7 +28,7 @@ struct RankedStation {
 };
 
 /// Sets `similarity` of every candidate that may be tried: the score of a cheap match for those of
-/// each station with the best signatures, which a few hundred stations' pairs all are; the rest
+/// each station with the best signatures, which all pairs are of up to a hundred stations; the rest
 /// come last, by their signatures. Pairs that both stations' priors place near each other come
 /// first, nearest first. Time 3 us a pair, and some 10 ms for each pair matched; does not depend on
 /// the threads.

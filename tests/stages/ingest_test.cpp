@@ -1,0 +1,90 @@
+#include "stages/ingest.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "core/error.h"
+
+namespace backsight {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+/// A box of 12 x 8 x 3 m seen from `scanner` in steps of a grid of angles, in one chunk.
+class BoxScan : public ScanReader {
+ public:
+  BoxScan(const Eigen::Vector3d& scanner, double step_deg) {
+    info_.path = "box";
+    for (double polar = 20.0; polar < 150.0; polar += step_deg) {
+      for (double azimuth = 0.0; azimuth < 360.0; azimuth += step_deg) {
+        const double p = polar * kDegree;
+        const double a = azimuth * kDegree;
+        const Eigen::Array3d beam(std::sin(p) * std::cos(a), std::sin(p) * std::sin(a),
+                                  std::cos(p));
+        const Eigen::Array3d wall(6.0, 4.0, 1.5);
+        const Eigen::Vector3d point = scanner + ((wall / beam.abs()).minCoeff() * beam).matrix();
+        points_.x.push_back(point.x());
+        points_.y.push_back(point.y());
+        points_.z.push_back(point.z());
+      }
+    }
+    tally_.records = tally_.points = points_.size();
+  }
+  const ScanInfo& info() const override { return info_; }
+  bool Next(PointChunk& chunk) override {
+    chunk = points_;
+    points_.Clear();
+    return chunk.size() > 0;
+  }
+  const ScanTally& tally() const override { return tally_; }
+
+ private:
+  PointChunk points_;
+  ScanInfo info_;
+  ScanTally tally_;
+};
+
+IngestResult Ingest(const Eigen::Vector3d& scanner, double step_deg) {
+  BoxScan scan(scanner, step_deg);
+  return IngestScan("S1", scan, scanner, IngestOptions{}, ExecutionContext{});
+}
+
+TEST(Ingest, PixelsAreAsWideAsTheBeamsAreApart) {
+  for (const Eigen::Vector3d& scanner : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(700, -90, 3)}) {
+    for (const double step : {0.5, 0.8, 1.3}) {
+      const RangeImage image = Ingest(scanner, step).model.range_image;
+      EXPECT_NEAR(image.PixelAngle(), step * kDegree, 0.05 * step * kDegree);
+    }
+  }
+}
+
+TEST(Ingest, PixelsOfDenseScansAreTheLeastOnes) {
+  EXPECT_NEAR(Ingest(Eigen::Vector3d::Zero(), 0.15).model.range_image.PixelAngle(), 0.25 * kDegree,
+              1e-9);
+}
+
+TEST(Ingest, LeavesAndRangesAreInTheInstrumentsFrame) {
+  const Eigen::Vector3d scanner(700.0, -90.0, 3.0);
+  const IngestResult result = Ingest(scanner, 0.5);
+  EXPECT_EQ(result.model.scanner_origin, scanner);
+  EXPECT_TRUE(result.model.scanner_known);
+  EXPECT_EQ(result.model.points + result.out_of_range, result.tally.points);
+  for (const VoxelLeaf& leaf : result.model.leaves) {
+    const Eigen::Array3d outside = leaf.cluster.mean.array().abs() - Eigen::Array3d(6.0, 4.0, 1.5);
+    EXPECT_LT(outside.maxCoeff(), 1e-6);
+    EXPECT_LT(result.model.range_image.Around(leaf.cluster.mean).gap_m, 0.5);
+  }
+}
+
+TEST(Ingest, RefusesAScanWithNothingUsable) {
+  BoxScan scan(Eigen::Vector3d::Zero(), 0.5);
+  IngestOptions options;
+  options.min_range_m = 50.0;
+  EXPECT_THROW(IngestScan("S1", scan, Eigen::Vector3d::Zero(), options, ExecutionContext{}),
+               InputError);
+}
+
+}  // namespace
+}  // namespace backsight
