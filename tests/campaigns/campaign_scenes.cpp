@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <vector>
 
 #include "core/random.h"
 #include "io/scene_file.h"
@@ -201,9 +202,14 @@ Scene TwoBuildings(std::uint64_t seed) {
   return scene;
 }
 
-Scene RingCorridor(std::uint64_t seed) {
+namespace {
+
+/// Where stations stand on the axis of a ring, metres from its lower left corner on.
+using StationsAlong = std::vector<double> (*)(const Eigen::Vector2d& axis_size);
+
+Scene Ring(const std::string& name, std::uint64_t seed, StationsAlong stations) {
   Random random(DeriveSeed(seed, "corridor"));
-  Scene scene = Begin("corridor", seed, 0.3, 40.0);
+  Scene scene = Begin(name, seed, 0.3, 40.0);
   scene.ground.size_m = 100.0;
   Room ring;
   ring.size_m = {random.Uniform(38.0, 42.0), random.Uniform(24.0, 28.0)};
@@ -214,25 +220,25 @@ Scene RingCorridor(std::uint64_t seed) {
   ring.doors = 12;
   ring.tables = 9;
   ring.shelves = 16;
-  const Eigen::Vector2d half = 0.5 * (ring.size_m.array() - width);  // of the corridor's axis
-  const double length = 4.0 * half.sum();
-  // The place at s metres along the axis, from the lower left corner on, and the way it runs.
+  const Eigen::Vector2d axis = ring.size_m.array() - width;
+  // The place at s metres along the axis and the way it runs.
   const auto at = [&](double s, Eigen::Vector2d& along) -> Eigen::Vector2d {
-    const double x = 2.0 * half.x();
-    const double y = 2.0 * half.y();
+    const double x = axis.x();
+    const double y = axis.y();
+    const Eigen::Vector2d half = 0.5 * axis;
     if (s < x) return along = {1, 0}, Eigen::Vector2d(s - half.x(), -half.y());
     if (s < x + y) return along = {0, 1}, Eigen::Vector2d(half.x(), s - x - half.y());
     if (s < 2 * x + y) return along = {-1, 0}, Eigen::Vector2d(half.x() - (s - x - y), half.y());
     return along = {0, -1}, Eigen::Vector2d(-half.x(), half.y() - (s - 2 * x - y));
   };
-  constexpr int kStations = 10;
-  const double spacing = length / kStations;
+  const std::vector<double> places = stations(axis);
   Eigen::Vector2d along;
-  for (int i = 0; i < kStations; ++i) {
-    const double s = (i + 0.3) * spacing + random.Uniform(-0.8, 0.8);
-    AddStation(at(s, along) + Jitter(random, 0.3), random, scene);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const double next = i + 1 < places.size() ? places[i + 1] : 2.0 * axis.sum();
+    AddStation(at(places[i] + random.Uniform(-0.8, 0.8), along) + Jitter(random, 0.3), random,
+               scene);
     // A partition half way to the next station, with a passage at one side.
-    const Eigen::Vector2d middle = at((i + 0.8) * spacing + random.Uniform(-1.0, 1.0), along);
+    const Eigen::Vector2d middle = at(0.5 * (places[i] + next) + random.Uniform(-1.0, 1.0), along);
     const Eigen::Vector2d across(-along.y(), along.x());
     const double side = random.Index(2) == 0 ? -1.0 : 1.0;
     Barrier partition;
@@ -245,6 +251,32 @@ Scene RingCorridor(std::uint64_t seed) {
   scene.rooms.push_back(ring);
   return scene;
 }
+
+/// One in each corner, which sees both ways, two between along the long sides, one along the short.
+std::vector<double> CornersFirst(const Eigen::Vector2d& axis) {
+  std::vector<double> places;
+  double corner = 0.0;
+  for (const int between : {2, 1, 2, 1}) {
+    const double side = between == 2 ? axis.x() : axis.y();
+    for (int k = 0; k <= between; ++k) places.push_back(corner + side * k / (between + 1.0));
+    corner += side;
+  }
+  places.front() += 0.8;  // its offset may be negative, and the axis begins at 0
+  return places;
+}
+
+/// At equal distances, whatever the corners hide.
+std::vector<double> EquallySpaced(const Eigen::Vector2d& axis) {
+  constexpr int kStations = 10;
+  std::vector<double> places;
+  for (int i = 0; i < kStations; ++i) places.push_back((i + 0.3) * 2.0 * axis.sum() / kStations);
+  return places;
+}
+
+}  // namespace
+
+Scene RingCorridor(std::uint64_t seed) { return Ring("corridor", seed, CornersFirst); }
+Scene HiddenCorners(std::uint64_t seed) { return Ring("hiddencorners", seed, EquallySpaced); }
 
 Scene OpenField(std::uint64_t seed) {
   Random random(DeriveSeed(seed, "open field"));

@@ -24,9 +24,13 @@ Scene Forest(std::uint64_t seed);
 /// Two halls of the same make, 4 stations each, out of sight of each other.
 Scene TwoBuildings(std::uint64_t seed);
 
-/// A corridor around a core with a station every 12 m, 10 in all. Partitions hide most of what the
-/// next station sees.
+/// A corridor around a core with a station in each corner and one every 12 m between, 10 in all.
+/// Partitions hide most of what the next station sees.
 Scene RingCorridor(std::uint64_t seed);
+
+/// The same with stations at equal distances, so that those on both sides of a corner share about a
+/// tenth of what they see.
+Scene HiddenCorners(std::uint64_t seed);
 
 /// A level field with a few poles, cars and shrubs, 6 stations so far apart that pairs share little
 /// besides the ground, which fits anywhere.
