@@ -1,0 +1,58 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "core/option_visitor.h"
+#include "graph/control_adjustment.h"
+
+namespace backsight {
+
+struct GeoreferencingOptions {
+  double sighting_sigma_m = 0.001;  ///< of each coordinate of a target as a station measured it
+  bool estimate_scale = false;      ///< otherwise the scanners' scale stands
+  double blunder_limit = 3.29;      ///< Baarda's w beyond which a point is suspected
+};
+void VisitOptions(OptionVisitor& visitor, GeoreferencingOptions& options);
+
+/// One component of the free network and the survey points that its stations measured.
+struct GeoreferencingInput {
+  std::vector<RigidTransform> survey_from_station;
+  Eigen::MatrixXd covariance;  ///< as in ControlAdjustmentInput
+  std::vector<SurveyedPoint> control;
+  std::vector<SurveyedPoint> check;  ///< takes no part in any fit
+  std::vector<TiltObservation> tilts;
+};
+
+/// A check point: what the stations see of it less its given coordinates, along its axes, metres.
+struct CheckResidual {
+  Eigen::Vector3d mean_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d sigma_m = Eigen::Vector3d::Zero();  ///< that the covariances predict of it
+};
+
+struct GeoreferencingResult {
+  enum class Status {
+    kGeoreferenced,
+    kTooFewPoints,   ///< less than three control points off a line, or two and levelled stations
+    kContradictory,  ///< more blunders than can be told: nothing is excluded, covariances grown
+    kDiverged,
+  };
+  Status status = Status::kTooFewPoints;
+  ControlAdjustmentResult free_fit;    ///< the free network moved as a whole, control in use only
+  ControlAdjustmentResult adjustment;  ///< residuals by control point; w of excluded ones is theirs
+  std::vector<Eigen::Vector3d> free_residuals_m;  ///< mean, along its axes, by control point
+  std::vector<char> excluded;                     ///< control points found to be blunders
+  double variance_factor = 1.0;  ///< applied to the covariance; above 1 only where significant
+  double scale_minus_one = 0.0;  ///< of the network, as a test; applied only if asked for
+  double scale_sigma = 0.0;
+  std::vector<CheckResidual> check;
+};
+
+/// Ties a component to its control. Each point is tested against the others (Baarda's w, a priori
+/// variances); the most suspicious is excluded and all are tested anew, up to a third of them and
+/// as long as the rest determine the motion; beyond that the control contradicts itself, which the
+/// status says. Scale is 1 unless asked for, and always tested. Time O(blunders (6 M)^3).
+GeoreferencingResult Georeference(const GeoreferencingInput& input,
+                                  const GeoreferencingOptions& options);
+
+}  // namespace backsight
