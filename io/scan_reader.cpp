@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "io/byte_source.h"
+#include "io/las_reader.h"
 #include "io/pcd_reader.h"
 #include "io/ply_reader.h"
 #include "io/ptx_reader.h"
@@ -19,9 +20,9 @@ namespace backsight {
 namespace {
 
 constexpr std::size_t kHeadBytes = 65536;
-constexpr const char* kReadable = "PCD, PLY, PTX or text (.xyz .txt .asc .csv .pts)";
+constexpr const char* kReadable = "LAS, PCD, PLY, PTX or text (.xyz .txt .asc .csv .pts)";
 
-enum class Format { kPcd, kPly, kPtx, kXyz };
+enum class Format { kLas, kPcd, kPly, kPtx, kXyz };
 
 std::string ExtensionOf(const std::string& path) {
   const std::size_t dot = path.find_last_of("./");
@@ -42,12 +43,15 @@ void RefuseKnown(const std::string& path, std::string_view head) {
                  "scan grid) or PLY");
   }
   if (head.starts_with("LASF")) {
-    // Byte 104 is the point format, with its upper bit set where the points are LAZ compressed;
+    // Byte 104 is the point format, with an upper bit set where the points are LAZ compressed;
     // COPC is LAZ whose first variable length record, right behind the header, is named "copc".
-    const bool packed = head.size() > 104 && (static_cast<unsigned char>(head[104]) & 0x80U) != 0;
+    const bool packed = head.size() > 104 && (static_cast<unsigned char>(head[104]) & 0xC0U) != 0;
     const bool copc = head.size() > 381 && head.substr(377, 4) == "copc";
-    RefuseFormat(path, copc ? "COPC" : (packed ? "LAZ" : "LAS"),
-                 "convert it with 'pdal translate IN OUT.ply', in the scanner's own frame");
+    if (packed || copc) {
+      RefuseFormat(path, copc ? "COPC" : "LAZ",
+                   "unpack it with 'laszip -i IN.laz -o OUT.las', 'pdal translate IN.laz OUT.las' "
+                   "or CloudCompare");
+    }
   }
   constexpr std::string_view kZip("PK\x03\x04", 4);
   constexpr std::string_view kGzip("\x1f\x8b", 2);
@@ -96,6 +100,7 @@ bool LooksLikeXyz(const std::vector<std::string_view>& lines) {
 std::optional<Format> FormatByContent(std::string_view head) {
   if (head.starts_with("ply\n") || head.starts_with("ply\r")) return Format::kPly;
   if (head.starts_with("# .PCD")) return Format::kPcd;
+  if (head.starts_with("LASF")) return Format::kLas;
   const std::vector<std::string_view> lines = FirstLines(head, 5);
   if (lines.empty()) return std::nullopt;
   for (const std::string_view key : {"VERSION ", "FIELDS ", "COLUMNS "}) {
@@ -137,6 +142,7 @@ std::unique_ptr<ScanReader> OpenSingle(const std::string& path, Format format, i
     throw InputError({path, fmt::format("no scan with index {}", scan_index),
                       "scan_index 0: the file holds one scan", "correct scan_index"});
   }
+  if (format == Format::kLas) return OpenLas(path);
   if (format == Format::kPcd) return OpenPcd(path);
   return format == Format::kPly ? OpenPly(path) : OpenXyz(path);
 }
