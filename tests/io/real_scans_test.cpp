@@ -156,6 +156,7 @@ TEST_F(RealScans, Pts) {
                                                           0,
                                                           {-25.050461, -24.533554, -2.000961},
                                                           {3.980972, -2.006119, -0.010086}});
+  EXPECT_EQ(scan.info.format, "PTS");
   EXPECT_NEAR(scan.points.intensity[0], (2048.0 - 1035.0) / 4095.0, 1e-6);
   EXPECT_EQ(scan.points.rgb[0], (std::array<std::uint16_t, 3>{97 * 257, 59 * 257, 38 * 257}));
 }

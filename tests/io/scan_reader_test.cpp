@@ -27,7 +27,8 @@ TEST(OpenScan, ContentGoesBeforeExtension) {
     EXPECT_EQ(ReadWhole(dir.File(name, kPly)).info.format, "PLY") << name;
   }
   EXPECT_EQ(ReadWhole(dir.File("cloud.dat", "1 2 3\n")).info.format, "XYZ");
-  EXPECT_EQ(ReadWhole(dir.File("cloud.pts", "1\n1 2 3\n")).info.format, "XYZ");
+  EXPECT_EQ(ReadWhole(dir.File("cloud.pts", "1\n1 2 3\n")).info.format, "PTS");
+  EXPECT_EQ(ReadWhole(dir.File("cloud.xyz", "1\n1 2 3\n")).info.format, "PTS");
 }
 
 TEST(OpenScan, NamesFormatsItCannotRead) {
