@@ -40,7 +40,7 @@ std::vector<WrittenFile> WrittenFiles(const CloudWriterSpec& spec, std::uint64_t
 class CloudWriter {
  public:
   virtual ~CloudWriter() = default;
-  /// `station_number` (1..65535) becomes the LAS Point Source ID, PLY property
+  /// `station_number` (1..65535) becomes the LAS Point Source ID, PLY property or PCD field
   /// `station`.
   virtual void Write(const PointChunk& chunk, int station_number) = 0;
   /// Returns the number of points written.
@@ -51,6 +51,8 @@ class CloudWriter {
 /// bounds fit into 32 bit steps of `scale_m`; before a file gets its name it is read again from end
 /// to end, and must have the count, bounds and reference system that were written (VerifyLas).
 std::unique_ptr<CloudWriter> CreateLasWriter(const CloudWriterSpec& spec);
+/// PCD 0.7, binary: coordinates as double, because float cannot hold those of a reference system.
+std::unique_ptr<CloudWriter> CreatePcdWriter(const CloudWriterSpec& spec);
 /// PLY, binary little endian, coordinates as double.
 std::unique_ptr<CloudWriter> CreatePlyWriter(const CloudWriterSpec& spec);
 
