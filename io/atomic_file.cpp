@@ -60,16 +60,17 @@ AtomicFile::AtomicFile(std::string path) : path_(std::move(path)) {
     file_ = ::open(temporary_path_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   } while (file_ < 0 && errno == EEXIST);
   if (file_ < 0) Fail("cannot be written");
+  pending_ = true;
   buffer_.reserve(kBufferBytes);
 }
 
 AtomicFile::~AtomicFile() { Discard(); }
 
 void AtomicFile::Discard() noexcept {
-  if (file_ < 0) return;
-  ::close(file_);
-  ::unlink(temporary_path_.c_str());
+  if (file_ >= 0) ::close(file_);
+  if (pending_) ::unlink(temporary_path_.c_str());
   file_ = -1;
+  pending_ = false;
 }
 
 void AtomicFile::Write(std::string_view bytes) {
@@ -95,7 +96,7 @@ void AtomicFile::Flush() {
 }
 
 void AtomicFile::WriteAt(std::uint64_t offset, std::string_view bytes) {
-  BACKSIGHT_CHECK(file_ >= 0, "the file is committed");
+  BACKSIGHT_CHECK(file_ >= 0, "the file is sealed or committed");
   while (!bytes.empty()) {
     const ssize_t put = ::pwrite(file_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
     if (put < 0 && errno == EINTR) continue;
@@ -110,12 +111,19 @@ void AtomicFile::Sync() {
   if (::fsync(file_) != 0) Fail("writing failed");
 }
 
-void AtomicFile::Commit() {
+void AtomicFile::Seal() {
   Sync();
-  if (::rename(temporary_path_.c_str(), path_.c_str()) != 0) Fail("cannot be put in place");
+  buffer_ = {};
   const int closed = ::close(file_);
   file_ = -1;
   if (closed != 0) Fail("writing failed");
+}
+
+void AtomicFile::Commit() {
+  if (file_ >= 0) Seal();
+  BACKSIGHT_CHECK(pending_, "the file is committed");
+  if (::rename(temporary_path_.c_str(), path_.c_str()) != 0) Fail("cannot be put in place");
+  pending_ = false;
   // The new name itself must reach the disk too. Some network file systems cannot sync a directory
   // and say EINVAL; there is nothing better to do there.
   const int directory = ::open(DirectoryOf(path_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);

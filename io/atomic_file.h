@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace backsight {
@@ -24,7 +25,12 @@ class AtomicFile {
   void Overwrite(std::uint64_t offset, std::string_view bytes);
   /// Brings everything written so far to the disk, so that temporary_path() can be read.
   void Sync();
-  /// Sync, rename to the target, sync of the directory. Nothing may be written afterwards.
+  /// Sync, and lets go of the open file and its buffer until Commit(). Nothing may be written
+  /// afterwards.
+  void Seal();
+  /// The name to take in Commit() instead, in the same directory.
+  void Retarget(std::string path) { path_ = std::move(path); }
+  /// Seal, rename to the target, sync of the directory.
   void Commit();
 
   const std::string& path() const { return path_; }
@@ -39,6 +45,7 @@ class AtomicFile {
   std::string path_;
   std::string temporary_path_;
   int file_ = -1;
+  bool pending_ = false;  // the temporary file exists
   std::vector<char> buffer_;
   std::uint64_t flushed_ = 0;  // bytes of the file that have left the buffer
 };

@@ -3,6 +3,8 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <string>
+#include <utility>
 
 #include "core/point_chunk.h"
 #include "io/scan_reader.h"
@@ -37,6 +39,9 @@ class PointCollector {
   /// Counts a record and appends it if it is a point; only then (true) its attributes follow.
   bool AddPoint(double x, double y, double z, PointChunk& chunk);
   void AddIntensity(double raw, PointChunk& chunk);
+  /// Counts a record that the file itself declares deleted.
+  void SkipWithheld() { ++tally_.records, ++tally_.withheld; }
+  void AddNote(std::string note) { tally_.notes.push_back(std::move(note)); }
   /// Adds the closing notes to the tally; call it once, at the end of the scan.
   void Finish();
 

@@ -11,7 +11,23 @@ std::string Attributes(const ScanInfo& info) {
   std::string text = "x y z";
   if (info.has_intensity) text += ", intensity";
   if (info.has_rgb) text += ", colour";
+  if (info.has_classification) text += ", classification";
+  if (info.has_gps_time) text += ", GPS time";
   return text;
+}
+
+/// WKT may be laid out over many lines.
+std::string OneLine(std::string_view text) {
+  std::string line;
+  for (const char c : text) {
+    const bool blank = c == ' ' || c == '\t' || c == '\n' || c == '\r';
+    if (!blank) {
+      line += c;
+    } else if (!line.empty() && line.back() != ' ') {
+      line += ' ';
+    }
+  }
+  return line;
 }
 
 }  // namespace
@@ -38,6 +54,7 @@ std::string DescribeScan(const ScanInfo& info) {
   } else {
     add("pose", "none");
   }
+  if (!info.crs.empty()) add("crs", OneLine(info.crs));
   for (const std::string& note : info.notes) add("note", note);
   return text;
 }

@@ -9,8 +9,10 @@
 
 #include "core/error.h"
 #include "io/byte_source.h"
+#include "io/las_reader.h"
 #include "io/pcd_reader.h"
 #include "io/ply_reader.h"
+#include "io/pts_reader.h"
 #include "io/ptx_reader.h"
 #include "io/text_fields.h"
 #include "io/xyz_reader.h"
@@ -19,9 +21,9 @@ namespace backsight {
 namespace {
 
 constexpr std::size_t kHeadBytes = 65536;
-constexpr const char* kReadable = "PCD, PLY, PTX or text (.xyz .txt .asc .csv .pts)";
+constexpr const char* kReadable = "LAS, PCD, PLY, PTX, PTS or text (.xyz .txt .asc .csv)";
 
-enum class Format { kPcd, kPly, kPtx, kXyz };
+enum class Format { kLas, kPcd, kPly, kPts, kPtx, kXyz };
 
 std::string ExtensionOf(const std::string& path) {
   const std::size_t dot = path.find_last_of("./");
@@ -42,12 +44,15 @@ void RefuseKnown(const std::string& path, std::string_view head) {
                  "scan grid) or PLY");
   }
   if (head.starts_with("LASF")) {
-    // Byte 104 is the point format, with its upper bit set where the points are LAZ compressed;
+    // Byte 104 is the point format, with an upper bit set where the points are LAZ compressed;
     // COPC is LAZ whose first variable length record, right behind the header, is named "copc".
-    const bool packed = head.size() > 104 && (static_cast<unsigned char>(head[104]) & 0x80U) != 0;
+    const bool packed = head.size() > 104 && (static_cast<unsigned char>(head[104]) & 0xC0U) != 0;
     const bool copc = head.size() > 381 && head.substr(377, 4) == "copc";
-    RefuseFormat(path, copc ? "COPC" : (packed ? "LAZ" : "LAS"),
-                 "convert it with 'pdal translate IN OUT.ply', in the scanner's own frame");
+    if (packed || copc) {
+      RefuseFormat(path, copc ? "COPC" : "LAZ",
+                   "unpack it with 'laszip -i IN.laz -o OUT.las', 'pdal translate IN.laz OUT.las' "
+                   "or CloudCompare");
+    }
   }
   constexpr std::string_view kZip("PK\x03\x04", 4);
   constexpr std::string_view kGzip("\x1f\x8b", 2);
@@ -86,6 +91,14 @@ bool LooksLikePtx(const std::vector<std::string_view>& lines) {
          CountNumbers(lines[2]) == 3U;
 }
 
+/// A line with the number of points, possibly behind a line of names, and points.
+bool LooksLikePts(const std::vector<std::string_view>& lines) {
+  for (std::size_t i = 0; i < 2 && i + 1 < lines.size(); ++i) {
+    if (ParseCount(lines[i])) return CountNumbers(lines[i + 1]).value_or(0) >= 3;
+  }
+  return false;
+}
+
 bool LooksLikeXyz(const std::vector<std::string_view>& lines) {
   for (const std::string_view line : lines) {
     if (CountNumbers(line).value_or(0) >= 3) return true;
@@ -96,12 +109,14 @@ bool LooksLikeXyz(const std::vector<std::string_view>& lines) {
 std::optional<Format> FormatByContent(std::string_view head) {
   if (head.starts_with("ply\n") || head.starts_with("ply\r")) return Format::kPly;
   if (head.starts_with("# .PCD")) return Format::kPcd;
+  if (head.starts_with("LASF")) return Format::kLas;
   const std::vector<std::string_view> lines = FirstLines(head, 5);
   if (lines.empty()) return std::nullopt;
   for (const std::string_view key : {"VERSION ", "FIELDS ", "COLUMNS "}) {
     if (lines[0].starts_with(key)) return Format::kPcd;
   }
   if (LooksLikePtx(lines)) return Format::kPtx;
+  if (LooksLikePts(lines)) return Format::kPts;
   return std::nullopt;
 }
 
@@ -121,13 +136,16 @@ Format FindFormat(const std::string& path) {
   RefuseKnown(path, head);
   if (const auto format = FormatByContent(head)) return *format;
   const std::string extension = ExtensionOf(path);
+  const std::vector<std::string_view> lines = FirstLines(head, 5);
+  // PTS files without a count exist; they are read as XYZ.
+  if (extension == "pts" && !lines.empty() && ParseCount(lines[0])) return Format::kPts;
   if (const auto format = FormatByExtension(extension)) return *format;
   for (const char* refused : {"e57", "las", "laz"}) {
     if (extension != refused) continue;
     throw InputError({path, fmt::format("named .{}, but its content is not {}", refused, refused),
                       kReadable, "the file is damaged or misnamed"});
   }
-  if (LooksLikeXyz(FirstLines(head, 5))) return Format::kXyz;
+  if (LooksLikeXyz(lines)) return Format::kXyz;
   throw InputError({path, fmt::format("unknown format, starts with {}", Quoted(head)), kReadable,
                     "convert it to one of these"});
 }
@@ -137,6 +155,7 @@ std::unique_ptr<ScanReader> OpenSingle(const std::string& path, Format format, i
     throw InputError({path, fmt::format("no scan with index {}", scan_index),
                       "scan_index 0: the file holds one scan", "correct scan_index"});
   }
+  if (format == Format::kLas) return OpenLas(path);
   if (format == Format::kPcd) return OpenPcd(path);
   return format == Format::kPly ? OpenPly(path) : OpenXyz(path);
 }
@@ -146,6 +165,7 @@ std::unique_ptr<ScanReader> OpenSingle(const std::string& path, Format format, i
 std::unique_ptr<ScanReader> OpenScan(const std::string& path, int scan_index) {
   const Format format = FindFormat(path);
   if (format == Format::kPtx) return OpenPtx(path, scan_index);
+  if (format == Format::kPts) return OpenPts(path, scan_index);
   return OpenSingle(path, format, scan_index);
 }
 

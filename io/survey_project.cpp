@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <limits>
 #include <map>
 #include <set>
 
@@ -21,7 +22,7 @@ using Unsupported = std::vector<UnsupportedItem>;
 
 /// In the order of CloudFormat.
 const std::vector<std::string>& FormatNames() {
-  static const std::vector<std::string> names = {"las", "ply", "e57"};
+  static const std::vector<std::string> names = {"las", "ply", "pcd", "e57"};
   return names;
 }
 
@@ -94,6 +95,15 @@ PairSpec ReadPairs(const YamlValue& value, const std::vector<StationSpec>& stati
   return pairs;
 }
 
+/// Whether one of the `taken` paths is what a numbered part of `path` could be called.
+bool IsPartOf(const std::string& path, const std::set<std::string>& taken) {
+  const std::string begin = path.substr(0, path.rfind('.')) + "-";
+  return std::any_of(taken.begin(), taken.end(), [&](const std::string& other) {
+    return other.starts_with(begin) &&
+           other.find_first_not_of("0123456789", begin.size()) == other.rfind('.');
+  });
+}
+
 CloudOutput ReadMerged(const YamlValue& item, std::set<std::string>& taken,
                        Unsupported& unsupported) {
   CloudOutput output;
@@ -102,14 +112,20 @@ CloudOutput ReadMerged(const YamlValue& item, std::set<std::string>& taken,
   const YamlValue path = item.Required("path");
   output.path = path.Path();
   output.thin_m = item.Optional("thin_m").Real(0.0, {0.0, 10.0, "m"});
+  const YamlValue max_points = item.Optional("max_points");
+  output.max_points = max_points.Integer(0, 0, std::numeric_limits<int>::max());
   if (choice < 0 || output.path.empty()) return output;
   output.format = static_cast<CloudFormat>(choice);
+  if (output.max_points > 0 && output.format != CloudFormat::kLas) {
+    max_points.Reject("nothing: only LAS files are split");
+  }
   if (output.format == CloudFormat::kE57) Note(unsupported, format, "merged clouds in E57");
   const std::string extension = "." + FormatNames()[static_cast<std::size_t>(choice)];
   if (std::filesystem::path(output.path).extension() != extension) {
     path.Reject("a file name ending in " + extension);
   }
-  if (!taken.insert(output.path).second) {
+  if (!taken.insert(output.path).second ||
+      (output.max_points > 0 && IsPartOf(output.path, taken))) {
     path.Reject("a path that no scan and no other output has");
   }
   return output;

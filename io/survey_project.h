@@ -57,12 +57,13 @@ struct PairSpec {
   std::vector<std::pair<std::string, std::string>> exclude;  ///< never tried
 };
 
-enum class CloudFormat { kLas, kPly, kE57 };
+enum class CloudFormat { kLas, kPly, kPcd, kE57 };
 
 struct CloudOutput {
   CloudFormat format = CloudFormat::kLas;
   std::string path;     ///< a file for a merged cloud, a folder for station clouds
   double thin_m = 0.0;  ///< keep one point per cell of this edge; 0: all points
+  int max_points = 0;   ///< LAS: more points go into numbered files; 0: always one file
 };
 
 struct OutputSpec {

@@ -8,9 +8,9 @@
 namespace backsight {
 
 /// Reads a text cloud: x y z [intensity] [r g b] per line, separated by blanks, tabs, commas or
-/// semicolons (the first line of numbers decides). Comments (#, //), blank lines, one header line
-/// and a PTS line with the number of points are allowed. What the columns mean is guessed from the
-/// first lines, see GuessXyzLayout, and noted. Memory: constant.
+/// semicolons (the first line of numbers decides). Comments (#, //), blank lines and one header
+/// line are allowed. What the columns mean is guessed from the first lines, see GuessXyzLayout, and
+/// noted. Memory: constant.
 std::unique_ptr<ScanReader> OpenXyz(const std::string& path);
 
 }  // namespace backsight

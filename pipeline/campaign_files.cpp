@@ -89,9 +89,6 @@ std::string ProjectYaml(const Campaign& campaign, std::span<const SimulatedTarge
       "# Simulated campaign; truth.csv holds the true poses.\n"
       "schema_version: 1\nname: {}\nstations:\n",
       scene.name);
-  if (scene.format == CampaignFormat::kLas) {
-    text.insert(0, "# This version does not read LAS scans; convert them to run this project.\n");
-  }
   std::string levelled;
   if (scene.scanner.orientation != Orientation::kRandomSo3) {
     levelled = fmt::format(", levelled: true, level_sigma_deg: {}",

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <memory>
+#include <string_view>
 
 #include "core/error.h"
 #include "io/atomic_file.h"
@@ -60,9 +62,31 @@ std::string ComponentPath(const std::string& path, int component) {
       .string();
 }
 
-OutputRecord WriteMergedCloud(const CloudOutput& output, int component, const IngestOptions& ingest,
-                              const std::vector<Station>& stations, const Network& network,
-                              const ExecutionContext& context) {
+std::unique_ptr<CloudWriter> CreateWriter(CloudFormat format, const CloudWriterSpec& spec) {
+  switch (format) {
+    case CloudFormat::kLas:
+      return CreateLasWriter(spec);
+    case CloudFormat::kPly:
+      return CreatePlyWriter(spec);
+    case CloudFormat::kPcd:
+      return CreatePcdWriter(spec);
+    case CloudFormat::kE57:
+      break;
+  }
+  throw InternalError("a merged cloud in a format that cannot be written");
+}
+
+std::string_view NameOf(CloudFormat format) {
+  if (format == CloudFormat::kLas) return "LAS 1.4";
+  return format == CloudFormat::kPly ? "PLY" : "PCD";
+}
+
+/// One record per file.
+std::vector<OutputRecord> WriteMergedCloud(const CloudOutput& output, int component,
+                                           const IngestOptions& ingest,
+                                           const std::vector<Station>& stations,
+                                           const Network& network,
+                                           const ExecutionContext& context) {
   std::vector<MergeStation> members = StationsOf(component, ingest, stations, network);
   const CloudBounds bounds = MergedBounds(members);
   CloudWriterSpec spec;
@@ -79,10 +103,14 @@ OutputRecord WriteMergedCloud(const CloudOutput& output, int component, const In
     member.has_rgb = spec.has_rgb;
   }
   MakeDirectories(fs::path(spec.path).parent_path().string());
-  const bool is_las = output.format == CloudFormat::kLas;
-  const auto writer = is_las ? CreateLasWriter(spec) : CreatePlyWriter(spec);
+  spec.max_points_per_file = static_cast<std::uint64_t>(output.max_points);
+  const auto writer = CreateWriter(output.format, spec);
   MergeClouds(members, output.thin_m, *writer, context);
-  return {spec.path, is_las ? "LAS 1.4" : "PLY", writer->Finish()};
+  std::vector<OutputRecord> records;
+  for (const WrittenFile& file : WrittenFiles(spec, writer->Finish())) {
+    records.push_back({file.path, std::string(NameOf(output.format)), file.points});
+  }
+  return records;
 }
 
 }  // namespace
@@ -99,7 +127,7 @@ std::vector<OutputRecord> WriteMergedClouds(
     const SurveyProject& project, const IngestOptions& ingest, const std::vector<Station>& stations,
     const Network& network, const std::string& out_directory, const ExecutionContext& context) {
   const std::vector<CloudOutput> wanted = project.outputs.merged.value_or(std::vector<CloudOutput>{
-      {CloudFormat::kLas, (fs::path(out_directory) / "merged.las").string(), 0.0}});
+      {CloudFormat::kLas, (fs::path(out_directory) / "merged.las").string(), 0.0, 0}});
   const int components =
       1 + (network.component.empty()
                ? -1
@@ -107,7 +135,8 @@ std::vector<OutputRecord> WriteMergedClouds(
   std::vector<OutputRecord> written;
   for (const CloudOutput& output : wanted) {
     for (int component = 0; component < components; ++component) {
-      written.push_back(WriteMergedCloud(output, component, ingest, stations, network, context));
+      const auto records = WriteMergedCloud(output, component, ingest, stations, network, context);
+      written.insert(written.end(), records.begin(), records.end());
     }
   }
   return written;

@@ -13,7 +13,8 @@ namespace backsight {
 
 /// Writes the merged clouds the project asks for (default: merged.las in `out_directory`), one file
 /// per component of two or more stations; further components get "_component2" and so on in their
-/// names. Nothing is written for a network without links.
+/// names, and a cloud that is split over several files "-1", "-2" (WrittenFiles). Nothing is
+/// written for a network without links.
 std::vector<OutputRecord> WriteMergedClouds(
     const SurveyProject& project, const IngestOptions& ingest, const std::vector<Station>& stations,
     const Network& network, const std::string& out_directory, const ExecutionContext& context);

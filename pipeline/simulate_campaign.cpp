@@ -111,9 +111,6 @@ void SimulateCampaign(const std::string& scene_path, const std::string& director
   WriteTextFile((root / "truth.csv").string(), TruthCsv(campaign));
   WriteTextFile((root / "control.csv").string(), ControlCsv(campaign, targets));
   WriteTextFile((root / (campaign.scene.name + ".yaml")).string(), ProjectYaml(campaign, targets));
-  if (campaign.scene.format == CampaignFormat::kLas) {
-    execution.Warning("the scans are LAS files, which this version writes but does not read");
-  }
 }
 
 }  // namespace backsight

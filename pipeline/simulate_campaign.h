@@ -9,7 +9,7 @@ namespace backsight {
 /// Simulates the campaign of a scene file (see ReadScene) and writes to `directory`, which is made
 /// if need be:
 ///   scans/ID.ptx          one scan per station, station frame; the header states no pose. Or .ply,
-///                         or .las in steps of 0.1 mm, which this version writes but does not read
+///                         or .las in steps of 0.1 mm
 ///   truth.csv             true survey_from_station, columns as in poses.csv
 ///   control.csv           targets: surveyed coordinates and what each station measured
 ///   NAME.yaml             survey project file, ready for `backsight run`

@@ -49,6 +49,7 @@ void FillRecord(const IngestResult& ingest, Station* station) {
   };
   note_count(ingest.tally.not_finite, "points with NaN or infinite coordinates dropped");
   note_count(ingest.tally.no_return, "empty records (no return) passed over");
+  note_count(ingest.tally.withheld, "points flagged as withheld (deleted) passed over");
   note_count(ingest.out_of_range, "points outside the range limits dropped");
 }
 

@@ -65,6 +65,8 @@ void Append(const PointChunk& from, std::size_t i, const Eigen::Vector3d& point,
   to->z.push_back(point.z());
   if (station.has_intensity && !from.intensity.empty()) to->intensity.push_back(from.intensity[i]);
   if (station.has_rgb && !from.rgb.empty()) to->rgb.push_back(from.rgb[i]);
+  if (!from.classification.empty()) to->classification.push_back(from.classification[i]);
+  if (!from.gps_time.empty()) to->gps_time.push_back(from.gps_time[i]);
 }
 
 }  // namespace

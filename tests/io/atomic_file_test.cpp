@@ -80,6 +80,23 @@ TEST(AtomicFile, ReportsAFileThatCannotGrow) {
   EXPECT_EQ(dir.FileCount(), 0U);
 }
 
+TEST(AtomicFile, WaitsSealedForItsFinalName) {
+  const TempDir dir;
+  {
+    AtomicFile kept(dir / "a.txt");
+    AtomicFile dropped(dir / "b.txt");
+    for (AtomicFile* file : {&kept, &dropped}) {
+      file->Write("text");
+      file->Seal();
+      EXPECT_EQ(ReadBytes(file->temporary_path()), "text");
+    }
+    kept.Retarget(dir / "a-1.txt");
+    kept.Commit();
+    EXPECT_EQ(ReadBytes(dir / "a-1.txt"), "text");
+  }
+  EXPECT_EQ(dir.FileCount(), 1U);
+}
+
 TEST(WriteTextFile, WritesTheWholeText) {
   const TempDir dir;
   WriteTextFile(dir / "a.txt", "line\n");

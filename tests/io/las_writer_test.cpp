@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "io/cloud_writer.h"
-#include "io/las_header.h"
+#include "io/las_check.h"
 #include "tests/io/scan_files.h"
 
 namespace backsight {
@@ -219,6 +219,115 @@ TEST(LasWriterLimits, RefusesWhatLasCannotHold) {
   EXPECT_THAT(ErrorOf([&] { writer->Write(chunk, 1); }), HasSubstr("a point at nan"));
 }
 
+TEST(LasWriterLimits, RefusesAnOverflowBeforeAnythingIsWritten) {
+  const TempDir dir;
+  auto spec = Spec(dir / "a.las", false);
+  spec.path = dir / "missing/a.las";
+  // With bounds that fit the writer tries to write, and finds no folder.
+  EXPECT_THAT(ErrorOf([&] { CreateLasWriter(spec); }), HasSubstr("create the directory"));
+  spec.max.y() = spec.min.y() + 429'497.0;  // 2^32 steps of 0.1 mm are 429496.7296 m
+  EXPECT_THAT(ErrorOf([&] { CreateLasWriter(spec); }), HasSubstr("in axis 1 with steps of 0.0001"));
+  spec = Spec(dir / "a.las", false);
+  spec.wkt = std::string(65535, 'w');
+  EXPECT_THAT(ErrorOf([&] { CreateLasWriter(spec); }), HasSubstr("at most 65534 bytes"));
+  spec.wkt = std::string("PROJCS\0[]", 9);
+  EXPECT_THAT(ErrorOf([&] { CreateLasWriter(spec); }), HasSubstr("a WKT of 9 bytes"));
+  EXPECT_EQ(dir.FileCount(), 0U);
+}
+
+TEST(LasWriterCrs, IsAWktRecordByteByByte) {
+  const TempDir dir;
+  auto spec = Spec(dir / "a.las", true);
+  // Units other than metres must not keep the file from being written.
+  spec.wkt = "COMPD_CS[\"UTM + H\",\n  PROJCS[\"ETRS89 / UTM 32N\"],VERT_CS[\"foot\"]]";
+  const PointChunk chunk = RandomChunk(spec, 100, 8);
+  const auto writer = CreateLasWriter(spec);
+  writer->Write(chunk, 2);
+  writer->Finish();
+  const LasBytes las(ReadBytes(spec.path));
+  EXPECT_EQ(las.Unsigned(6, 2), 0x10U);
+  EXPECT_EQ(las.Unsigned(100, 4), 1U);  // VLRs
+  const std::size_t length = spec.wkt.size() + 1;
+  EXPECT_EQ(las.Unsigned(96, 4), 375 + 54 + length);
+  EXPECT_EQ(las.Unsigned(375, 2), 0U);
+  EXPECT_EQ(las.Text(377, 16), "LASF_Projection");
+  EXPECT_EQ(las.Unsigned(392, 1), 0U);
+  EXPECT_EQ(las.Unsigned(393, 2), 2112U);
+  EXPECT_EQ(las.Unsigned(395, 2), length);
+  EXPECT_EQ(las.Text(397, 32), "OGC coordinate system WKT");
+  EXPECT_EQ(las.Text(429, length), spec.wkt);
+  EXPECT_EQ(las.Unsigned(428 + length, 1), 0U);  // the terminating NUL
+  EXPECT_EQ(las.size(), 429 + length + 100 * 36);
+  EXPECT_LE(std::abs(las.Point(99).x() - chunk.x[99]), 0.5001e-4);
+  EXPECT_EQ(ReadWhole(spec.path).info.crs, spec.wkt);
+}
+
+TEST(LasWriterAttributes, ClassAndTimeAreWrittenWherePresent) {
+  const TempDir dir;
+  auto spec = Spec(dir / "a.las", false);
+  PointChunk chunk = RandomChunk(spec, 2, 9);
+  const auto writer = CreateLasWriter(spec);
+  writer->Write(chunk, 1);
+  chunk.classification = {2, 255};
+  chunk.gps_time = {412345678.125, -1.5};
+  writer->Write(chunk, 2);
+  writer->Finish();
+  const LasBytes las(ReadBytes(spec.path));
+  EXPECT_EQ(las.Unsigned(6, 2), 0x11U);  // WKT, adjusted standard GPS time
+  EXPECT_EQ(las.Unsigned(375 + 16, 1), 0U);
+  EXPECT_EQ(las.Real(375 + 22), 0.0);
+  EXPECT_EQ(las.Unsigned(375 + 2 * 30 + 16, 1), 2U);
+  EXPECT_EQ(las.Real(375 + 2 * 30 + 22), 412345678.125);
+  EXPECT_EQ(las.Unsigned(375 + 3 * 30 + 16, 1), 255U);
+  EXPECT_EQ(las.Real(375 + 3 * 30 + 22), -1.5);
+}
+
+TEST(LasWriterSplit, WritesNumberedFilesThatTogetherHoldTheCloud) {
+  const TempDir dir;
+  auto spec = Spec(dir / "a.las", true);
+  spec.max_points_per_file = 400;
+  spec.wkt = "PROJCS[]";
+  const PointChunk chunk = RandomChunk(spec, 1000, 10);
+  const auto writer = CreateLasWriter(spec);
+  writer->Write(chunk, 3);
+  EXPECT_EQ(dir.FileCount(), 3U);  // temporary ones
+  EXPECT_EQ(writer->Finish(), 1000U);
+  EXPECT_EQ(dir.FileCount(), 3U);
+  std::size_t k = 0;
+  for (const WrittenFile& file : WrittenFiles(spec, 1000)) {
+    const LasHeader header = VerifyLas(file.path);
+    EXPECT_EQ(header.points, file.points);
+    EXPECT_EQ(header.crs, "PROJCS[]");
+    const LasBytes las(ReadBytes(file.path));
+    for (std::size_t i = 0; i < file.points; ++i, ++k) {
+      const Eigen::Vector3d truth(chunk.x[k], chunk.y[k], chunk.z[k]);
+      ASSERT_LE((las.Point(i) - truth).cwiseAbs().maxCoeff(), 0.5001e-4);
+    }
+  }
+  EXPECT_EQ(k, 1000U);
+}
+
+TEST(LasWriterSplit, OneFileKeepsItsNameWhereAllFits) {
+  const TempDir dir;
+  auto spec = Spec(dir / "a.las", false);
+  spec.max_points_per_file = 100;
+  const auto writer = CreateLasWriter(spec);
+  writer->Write(RandomChunk(spec, 100, 11), 3);
+  writer->Finish();
+  EXPECT_EQ(VerifyLas(spec.path).points, 100U);
+  EXPECT_EQ(dir.FileCount(), 1U);
+}
+
+TEST(LasWriterSplit, LeavesNothingBehindWhenAbandoned) {
+  const TempDir dir;
+  {
+    auto spec = Spec(dir / "a.las", false);
+    spec.max_points_per_file = 10;
+    CreateLasWriter(spec)->Write(RandomChunk(spec, 100, 12), 3);
+  }
+  EXPECT_EQ(dir.FileCount(), 0U);
+}
+
 TEST(LasWriterLimits, LeavesNothingBehindWhenAbandoned) {
   const TempDir dir;
   auto spec = Spec(dir / "a.las", false);
@@ -240,14 +349,20 @@ TEST(VerifyLas, FindsDamage) {
     return ErrorOf([&] { VerifyLas(dir.File("b.las", bytes)); });
   };
   EXPECT_THAT(error(good.substr(0, good.size() - 1)), HasSubstr("declared 1000 points"));
-  EXPECT_THAT(error(good + std::string(36, '\0')), HasSubstr("only 1001 points"));
-  EXPECT_THAT(error(good.substr(0, 300)), HasSubstr("no LAS header"));
+  EXPECT_THAT(error(good + std::string(36, '\0')), HasSubstr("36 bytes behind the last"));
+  EXPECT_THAT(error(good.substr(0, 200)), HasSubstr("no LAS header"));
   std::string moved = good;
   moved[375 + 3] = '\x7f';  // the first point's x, upper byte
   EXPECT_THAT(error(moved), HasSubstr("as the points are"));
-  std::string other = good;
-  other[104] = 3;
-  EXPECT_THAT(error(other), HasSubstr("another kind"));
+  const auto changed = [&](std::size_t at, char value) {
+    std::string bytes = good;
+    bytes[at] = value;
+    return error(bytes);
+  };
+  EXPECT_THAT(changed(104, 3), HasSubstr("as Backsight writes"));
+  EXPECT_THAT(changed(111, 1), HasSubstr("byte 111: a legacy count of 1; expected 0"));
+  EXPECT_THAT(changed(263, 1), HasSubstr("byte 263: 1 points of a return; expected 0"));
+  EXPECT_THAT(changed(375 + 14, 0x21), HasSubstr("a point of several returns"));
 }
 
 }  // namespace

@@ -84,6 +84,8 @@ inline WholeScan ReadWhole(const std::string& path, int scan_index = 0) {
     EXPECT_EQ(chunk.z.size(), chunk.size());
     EXPECT_EQ(chunk.intensity.size(), reader->info().has_intensity ? chunk.size() : 0U);
     EXPECT_EQ(chunk.rgb.size(), reader->info().has_rgb ? chunk.size() : 0U);
+    EXPECT_EQ(chunk.classification.size(), reader->info().has_classification ? chunk.size() : 0U);
+    EXPECT_EQ(chunk.gps_time.size(), reader->info().has_gps_time ? chunk.size() : 0U);
     const auto append = [](auto& to, const auto& from) {
       to.insert(to.end(), from.begin(), from.end());
     };
@@ -92,13 +94,16 @@ inline WholeScan ReadWhole(const std::string& path, int scan_index = 0) {
     append(scan.points.z, chunk.z);
     append(scan.points.intensity, chunk.intensity);
     append(scan.points.rgb, chunk.rgb);
+    append(scan.points.classification, chunk.classification);
+    append(scan.points.gps_time, chunk.gps_time);
   }
   EXPECT_FALSE(reader->Next(chunk));
   EXPECT_TRUE(chunk.empty());
   scan.info = reader->info();
   scan.tally = reader->tally();
   EXPECT_EQ(scan.tally.points, scan.points.size());
-  EXPECT_EQ(scan.tally.records, scan.tally.points + scan.tally.not_finite + scan.tally.no_return);
+  EXPECT_EQ(scan.tally.records,
+            scan.tally.points + scan.tally.not_finite + scan.tally.no_return + scan.tally.withheld);
   return scan;
 }
 

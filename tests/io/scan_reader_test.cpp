@@ -27,16 +27,20 @@ TEST(OpenScan, ContentGoesBeforeExtension) {
     EXPECT_EQ(ReadWhole(dir.File(name, kPly)).info.format, "PLY") << name;
   }
   EXPECT_EQ(ReadWhole(dir.File("cloud.dat", "1 2 3\n")).info.format, "XYZ");
-  EXPECT_EQ(ReadWhole(dir.File("cloud.pts", "1\n1 2 3\n")).info.format, "XYZ");
+  EXPECT_EQ(ReadWhole(dir.File("cloud.pts", "1\n1 2 3\n")).info.format, "PTS");
+  EXPECT_EQ(ReadWhole(dir.File("cloud.xyz", "1\n1 2 3\n")).info.format, "PTS");
 }
 
 TEST(OpenScan, NamesFormatsItCannotRead) {
   const TempDir dir;
   std::string las = "LASF" + std::string(500, '\0');
-  EXPECT_THAT(ReadError(dir.File("a.las", las)),
-              AllOf(HasSubstr("LAS file"), HasSubstr("PCD, PLY, PTX"), HasSubstr("pdal")));
-  las[104] = '\x83';
-  EXPECT_THAT(ReadError(dir.File("a.laz", las)), HasSubstr("LAZ file"));
+  EXPECT_THAT(ReadError(dir.File("a.las", las)), HasSubstr("LAS version 0.0"));
+  for (const char packed : {'\x83', '\x43'}) {
+    las[104] = packed;
+    EXPECT_THAT(ReadError(dir.File("a.laz", las)),
+                AllOf(HasSubstr("LAZ file"), HasSubstr("LAS, PCD, PLY, PTX"), HasSubstr("laszip"),
+                      HasSubstr("pdal translate"), HasSubstr("CloudCompare")));
+  }
   las.replace(377, 4, "copc");
   EXPECT_THAT(ReadError(dir.File("a.laz", las)), HasSubstr("COPC file"));
   EXPECT_THAT(ReadError(dir.File("a.txt", "ASTM-E57" + std::string(40, '\0'))),

@@ -76,7 +76,9 @@ control:
 pairs: {include: [[S1, S2]], exclude: [[S3, S4]]}
 registration: {resolution_m: 0.2}
 outputs:
-  merged: [{format: las, path: out/merged.las, thin_m: 0.005}]
+  merged:
+    - {format: las, path: out/merged.las, thin_m: 0.005, max_points: 500000000}
+    - {format: pcd, path: out/merged.pcd}
   stations: {format: e57, path: out/registered/}
 gates: {max_station_sigma_mm: 5, max_check_rmse_mm: 10, require_all_stations: true}
 resources: {threads: 2, memory_gb: 4}
@@ -106,6 +108,9 @@ TEST_F(SurveyProjectTest, ReadsAWholeProject) {
   EXPECT_EQ(options_.resolution_m, 0.2);
   EXPECT_EQ(project.outputs.merged->at(0).path, (folder_ / "out/merged.las").string());
   EXPECT_EQ(project.outputs.merged->at(0).thin_m, 0.005);
+  EXPECT_EQ(project.outputs.merged->at(0).max_points, 500'000'000);
+  EXPECT_EQ(project.outputs.merged->at(1).format, CloudFormat::kPcd);
+  EXPECT_EQ(project.outputs.merged->at(1).max_points, 0);
   EXPECT_EQ(project.outputs.stations->format, CloudFormat::kE57);
   EXPECT_EQ(*project.gates.max_station_sigma_mm, 5.0);
   EXPECT_TRUE(project.gates.require_all_stations);
@@ -188,7 +193,7 @@ gates: {require_all_stations: 1}
         "survey.yaml:16: pairs.exclude[0]: found [S4, S4]; expected two different stations",
         "survey.yaml:18: registration.resolution_m: found '7'",
         "survey.yaml:21: outputs.merged[0].format: found 'laz'",
-        "one of: las, ply, e57",
+        "one of: las, ply, pcd, e57",
         "survey.yaml:22: outputs.merged[1].thin_m: found '-2'; expected a number from 0 to 10 m",
         "survey.yaml:23: gates.require_all_stations: found '1'"}) {
     EXPECT_THAT(complaint, HasSubstr(part));
@@ -220,7 +225,12 @@ TEST_F(SurveyProjectTest, NamesEveryKindOfMistake) {
       {two + "outputs: {merged: [{format: las, path: a.laz}]}\n", "ending in .las"},
       {two + "outputs: {merged: [{format: las, path: a.las}, {format: las, path: ./a.las}]}\n",
        "no other output"},
-      {two + "outputs: {stations: {format: pdf, path: a}}\n", "one of: las, ply, e57"},
+      {two + "outputs: {merged: [{format: ply, path: a.ply, max_points: 9}]}\n",
+       "only LAS files are split"},
+      {two + "outputs: {merged: [{format: las, path: a-12.las}, {format: las, path: a.las, "
+             "max_points: 9}]}\n",
+       "no other output"},
+      {two + "outputs: {stations: {format: pdf, path: a}}\n", "one of: las, ply, pcd, e57"},
       {two + "gates: {max_station_sigma_mm: 0}\n", "from 0.001"},
       {two + "resources: {memory_gb: 8 GB}\n", "without its unit"},
       {two + "resources: {threads: -1}\n", "from 0 to 4096"},

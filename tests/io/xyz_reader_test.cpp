@@ -20,8 +20,7 @@ TEST(XyzReader, ReadsAllSeparators) {
         "1;-2;3.5\n4; 5; 6\n", "  1   -2  3.5  \n\n4 5 6\n\n",
         "\xEF\xBB\xBF"
         "1 -2 3.5\n4 5 6\n",
-        "# made by hand\n1 -2 3.5\n// in between\n4 5 6\n", "X,Y,Z\n1,-2,3.5\n4,5,6\n",
-        "2\n1 -2 3.5\n4 5 6\n"}) {
+        "# made by hand\n1 -2 3.5\n// in between\n4 5 6\n", "X,Y,Z\n1,-2,3.5\n4,5,6\n"}) {
     const auto scan = ReadWhole(dir.File("a.xyz", text));
     EXPECT_EQ(scan.info.format, "XYZ");
     EXPECT_EQ(scan.points.x, (std::vector<double>{1, 4})) << text;
@@ -88,11 +87,11 @@ TEST(XyzReader, DropsWhatIsNotFinite) {
 
 TEST(XyzReader, ReadsAcrossChunks) {
   const TempDir dir;
-  std::string text = "131073\n";
+  std::string text;
   for (int i = 0; i < 131073; ++i) text += std::to_string(i) + ".5 0 0 -100 1 2 3\n";
-  const auto scan = ReadWhole(dir.File("a.pts", text));
+  const auto scan = ReadWhole(dir.File("a.xyz", text));
   EXPECT_EQ(scan.chunks, 3U);
-  EXPECT_EQ(scan.info.point_count, 131073U);
+  EXPECT_FALSE(scan.info.point_count);
   EXPECT_EQ(scan.points.x.back(), 131072.5);
   EXPECT_TRUE(scan.info.has_rgb);
 }
@@ -113,9 +112,6 @@ TEST(XyzReader, NamesWhatIsWrong) {
   EXPECT_THAT(error("1,5 2,5 3,5\n"), HasSubstr("decimal point"));
   EXPECT_THAT(error("1,5;2,5;3,5\n"), HasSubstr("decimal point"));
   EXPECT_THAT(error("1,,3\n"), HasSubstr("''; expected a number"));
-  EXPECT_THAT(error("3\n1 2 3\n4 5 6\n"), HasSubstr("after 2 points; expected the declared 3"));
-  EXPECT_THAT(error("1\n1 2 3\n4 5 6\n"), HasSubstr("after 2 points; expected the declared 1"));
-  EXPECT_THAT(error("1000000000000000000\n1 2 3\n"), HasSubstr("1000000000000000000 points"));
   EXPECT_THAT(error("1 2 1e999\n"), HasSubstr("'1e999'"));
   EXPECT_THAT(error("head one\nhead two\n1 2 3\n"), HasSubstr("a.xyz:2"));
   EXPECT_THAT(error("# nothing\n\n"), HasSubstr("ends without a point"));
@@ -125,7 +121,7 @@ TEST(XyzReader, NamesWhatIsWrong) {
 
 TEST(XyzReader, SurvivesDamage) {
   ExpectSafeWhenDamaged("x y z i r g b\n" + Repeat("1.5 2.5 -3.5 -100 1 2 3\n", 8), "a.xyz");
-  ExpectSafeWhenDamaged("5\n" + Repeat("1.5,2.5,-3.5,0.5\n", 5), "a.pts");
+  ExpectSafeWhenDamaged(Repeat("1.5,2.5,-3.5,0.5\n", 5), "a.pts");
 }
 
 }  // namespace

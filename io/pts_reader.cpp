@@ -1,0 +1,123 @@
+#include "io/pts_reader.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "io/line_reader.h"
+#include "io/point_collector.h"
+#include "io/text_fields.h"
+#include "io/xyz_records.h"
+
+namespace backsight {
+namespace {
+
+/// A scan's place in the file: its first record.
+struct PtsScan {
+  std::uint64_t points = 0;
+  std::uint64_t offset = 0;
+  std::uint64_t lines_before = 0;
+};
+
+class PtsReader : public ScanReader {
+ public:
+  PtsReader(const std::string& path, int scan_index)
+      : source_(path), lines_(source_), records_(lines_) {
+    info_.path = path;
+    info_.format = "PTS";
+    info_.scan_index = scan_index;
+    FindScans(scan_index);
+    info_.point_count = scan_.points;
+    lines_.Restart(scan_.offset, scan_.lines_before);
+    records_.GuessLayout(true, scan_.points, info_.notes);
+    info_.has_intensity = records_.layout().HasIntensity();
+    info_.has_rgb = records_.layout().HasRgb();
+    collector_.Configure(false, records_.layout().intensity_range);
+  }
+
+  const ScanInfo& info() const override { return info_; }
+  const ScanTally& tally() const override { return collector_.tally(); }
+
+  bool Next(PointChunk& chunk) override {
+    chunk.Clear();
+    if (done_ == scan_.points) return false;
+    const std::uint64_t n = std::min<std::uint64_t>(kChunkRecords, scan_.points - done_);
+    for (std::uint64_t i = 0; i < n; ++i, ++done_) {
+      if (!records_.Next()) throw Truncated(scan_, done_);
+      records_.Add(collector_, chunk);
+    }
+    if (done_ == scan_.points) collector_.Finish();
+    return true;
+  }
+
+ private:
+  void FindScans(int wanted) {
+    info_.scan_count = 0;
+    records_.SkipPreamble(info_.notes);
+    try {
+      while (const std::optional<PtsScan> scan = NextScan()) {
+        if (info_.scan_count++ == wanted) scan_ = *scan;
+      }
+    } catch (const InputError& error) {
+      const bool found = info_.scan_count > wanted && wanted >= 0;
+      if (!found || (count_missing_ && info_.scan_count == wanted + 1)) throw;
+      info_.notes.push_back(fmt::format("the file is damaged behind this scan: {}", error.what()));
+    }
+    if (wanted >= 0 && wanted < info_.scan_count) return;
+    throw InputError({info_.path, fmt::format("no scan with index {}", wanted),
+                      fmt::format("a scan_index from 0 to {}", info_.scan_count - 1),
+                      "correct scan_index"});
+  }
+
+  /// Takes a scan's count and steps over its records; nothing at the end of the file.
+  std::optional<PtsScan> NextScan() {
+    std::string_view line;
+    if (!records_.NextLine(line)) return std::nullopt;
+    const std::optional<std::uint64_t> count = ParseCount(line);
+    count_missing_ = !count;
+    if (!count) {
+      throw lines_.Error(Quoted(line),
+                         info_.scan_count == 0
+                             ? "the number of points"
+                             : "the number of points of another scan, or the end of the file",
+                         "correct the count before these points or export the file again");
+    }
+    // A record needs at least "0 0 0" and a line end.
+    const std::uint64_t room = source_.remaining() / 6 + 1;
+    if (*count > room) {
+      throw lines_.Error(fmt::format("{} points declared", *count),
+                         fmt::format("<= {} points, what the file can hold", room),
+                         "the count is wrong or the file is cut short: export it again");
+    }
+    const PtsScan scan{*count, source_.position(), lines_.line_number()};
+    for (std::uint64_t done = 0; done < scan.points; ++done) {
+      if (!records_.NextLine(line)) throw Truncated(scan, done);
+    }
+    return scan;
+  }
+
+  InputError Truncated(const PtsScan& scan, std::uint64_t done) const {
+    return lines_.Error(
+        fmt::format("the file ends after {} points", done),
+        fmt::format("the declared {} points (line {})", scan.points, scan.lines_before),
+        "the file is cut short: copy or export it again");
+  }
+
+  ByteSource source_;
+  LineReader lines_;
+  XyzRecords records_;
+  ScanInfo info_;
+  PtsScan scan_;
+  PointCollector collector_;
+  bool count_missing_ = false;
+  std::uint64_t done_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<ScanReader> OpenPts(const std::string& path, int scan_index) {
+  return std::make_unique<PtsReader>(path, scan_index);
+}
+
+}  // namespace backsight

@@ -1,0 +1,143 @@
+#include "io/xyz_records.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "io/text_fields.h"
+
+namespace backsight {
+namespace {
+
+constexpr std::size_t kMaxColumns = 256;
+constexpr std::size_t kSampleLines = 2000;
+
+bool IsComment(std::string_view line) { return line.starts_with('#') || line.starts_with("//"); }
+
+char SeparatorOf(std::string_view line) {
+  if (line.find(';') != std::string_view::npos) return ';';
+  return line.find(',') != std::string_view::npos ? ',' : ' ';
+}
+
+/// Header lines start with a name; a damaged number does not make a line a header.
+bool LooksLikeNames(std::string_view line) {
+  const char c = line.front();
+  if (!(c == '"' || c == '_' || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z'))) return false;
+  std::vector<std::string_view> words(1);
+  SplitFields(line, SeparatorOf(line), words);
+  return !ParseNumber(words[0]);  // "nan" is a number
+}
+
+std::vector<std::string> NamesOf(std::string_view line) {
+  line = line.substr(std::min(line.size(), line.find_first_not_of("#/ \t")));
+  std::vector<std::string_view> words(kMaxColumns);
+  words.resize(std::min(kMaxColumns, SplitFields(line, SeparatorOf(line), words)));
+  std::vector<std::string> names;
+  for (std::string_view word : words) {
+    if (word.size() >= 2 && word.front() == '"' && word.back() == '"') {
+      word = word.substr(1, word.size() - 2);
+    }
+    names.emplace_back(word);
+  }
+  return names;
+}
+
+}  // namespace
+
+bool XyzRecords::SkipPreamble(std::vector<std::string>& notes) {
+  std::uint64_t offset = 0;
+  std::uint64_t line_number = 0;
+  bool had_header = false;
+  std::string_view line;
+  while (lines_.Next(line)) {
+    line = Trim(line);
+    if (IsComment(line)) {
+      names_ = NamesOf(line);
+    } else if (!line.empty() && !had_header && LooksLikeNames(line)) {
+      had_header = true;
+      names_ = NamesOf(line);
+      notes.push_back(fmt::format("line {} taken as header", lines_.line_number()));
+    } else if (!line.empty()) {
+      lines_.Restart(offset, line_number);
+      return true;
+    }
+    offset = lines_.source().position();
+    line_number = lines_.line_number();
+  }
+  return false;
+}
+
+bool XyzRecords::NextLine(std::string_view& line) {
+  do {
+    if (!lines_.Next(line)) return false;
+    line = Trim(line);
+  } while (line.empty() || IsComment(line));
+  return true;
+}
+
+void XyzRecords::GuessLayout(bool is_pts, std::uint64_t most, std::vector<std::string>& notes) {
+  const std::uint64_t offset = lines_.source().position();
+  const std::uint64_t line_number = lines_.line_number();
+  std::vector<std::vector<double>> sample;
+  std::size_t columns = 0;
+  try {
+    for (std::uint64_t i = 0; i < most && sample.size() < kSampleLines && Next(); ++i) {
+      columns = values_.size();
+      const bool finite = std::all_of(values_.begin(), values_.end(),
+                                      [](double value) { return std::isfinite(value); });
+      if (finite) sample.push_back(values_);
+    }
+  } catch (const InputError&) {
+    if (columns == 0) throw;
+  }
+  if (sample.empty()) sample.emplace_back(std::max<std::size_t>(columns, 3), 0.0);
+  layout_ = GuessXyzLayout(names_, sample, is_pts);
+  notes.push_back(fmt::format("{}, by the first {} lines", layout_.Describe(), sample.size()));
+  lines_.Restart(offset, line_number);
+}
+
+bool XyzRecords::Next() {
+  std::string_view line;
+  if (!NextLine(line)) return false;
+  const bool first = values_.empty();
+  if (first) {
+    separator_ = SeparatorOf(line);
+    words_.resize(kMaxColumns);
+  }
+  const std::size_t count = SplitFields(line, separator_, words_);
+  if (count < 3 || count > kMaxColumns || (!first && count != values_.size())) {
+    throw lines_.Error(fmt::format("{} values: {}", count, Quoted(line)),
+                       first ? "x y z and possibly intensity and colour"
+                             : fmt::format("{} values, as in the lines before", values_.size()),
+                       "the line is damaged, or the file holds several clouds: split or export it "
+                       "again");
+  }
+  values_.resize(count);
+  for (std::size_t i = 0; i < count; ++i) values_[i] = Number(words_[i]);
+  return true;
+}
+
+double XyzRecords::Number(std::string_view word) const {
+  const std::optional<double> number = ParseNumber(word);
+  if (number) return *number;
+  const bool comma = word.find(',') != std::string_view::npos ||
+                     (separator_ == ',' && word.find(' ') != std::string_view::npos);
+  throw lines_.Error(Quoted(word), "a number",
+                     comma ? "write numbers with a decimal point, not a comma"
+                           : "the line is damaged or not a point");
+}
+
+void XyzRecords::Add(PointCollector& collector, PointChunk& chunk) const {
+  const auto value = [&](std::size_t column) { return values_[column]; };
+  const auto& xyz = layout_.xyz;
+  if (!collector.AddPoint(value(xyz[0]), value(xyz[1]), value(xyz[2]), chunk)) return;
+  if (layout_.HasIntensity()) collector.AddIntensity(value(layout_.intensity), chunk);
+  if (!layout_.HasRgb()) return;
+  chunk.rgb.push_back({ScaleColor(value(layout_.rgb[0]), layout_.color_scale),
+                       ScaleColor(value(layout_.rgb[1]), layout_.color_scale),
+                       ScaleColor(value(layout_.rgb[2]), layout_.color_scale)});
+}
+
+}  // namespace backsight

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "io/line_reader.h"
+#include "io/point_collector.h"
+#include "io/xyz_layout.h"
+
+namespace backsight {
+
+/// What text clouds share: lines of numbers, blank lines and comments (#, //) between them, a line
+/// of names before them, and columns whose meaning must be guessed.
+class XyzRecords {
+ public:
+  /// `lines` must outlive the object.
+  explicit XyzRecords(LineReader& lines) : lines_(lines) {}
+
+  /// Goes to the first line that is neither blank nor comment nor, once, a line of names; false if
+  /// the file ends before.
+  bool SkipPreamble(std::vector<std::string>& notes);
+  /// The next line that is neither blank nor comment; false at the end of the file.
+  bool NextLine(std::string_view& line);
+  /// Guesses the columns from the next lines, at most `most`, notes them and returns to where it
+  /// began. Damage behind the first of these lines is left to be found by Next().
+  void GuessLayout(bool is_pts, std::uint64_t most, std::vector<std::string>& notes);
+  /// Reads the next record; false at the end of the file. Throws InputError for a line that has not
+  /// as many numbers as the first.
+  bool Next();
+  /// Hands the record read last to `collector`.
+  void Add(PointCollector& collector, PointChunk& chunk) const;
+
+  const XyzLayout& layout() const { return layout_; }
+
+ private:
+  double Number(std::string_view word) const;
+
+  LineReader& lines_;
+  XyzLayout layout_;
+  std::vector<std::string> names_;
+  char separator_ = ' ';
+  std::vector<std::string_view> words_;
+  std::vector<double> values_;
+};
+
+}  // namespace backsight
