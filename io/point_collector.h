@@ -36,6 +36,11 @@ class PointCollector {
 
   /// Counts a record and appends it if it is a point; only then (true) its attributes follow.
   bool AddPoint(double x, double y, double z, PointChunk& chunk);
+  /// Counts a record that the file itself marks as no point.
+  void DropInvalid() {
+    ++tally_.records;
+    ++tally_.no_return;
+  }
   void AddIntensity(double raw, PointChunk& chunk);
   /// Adds the closing notes to the tally; call it once, at the end of the scan.
   void Finish();

@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "io/byte_source.h"
+#include "io/e57/e57_reader.h"
 #include "io/pcd_reader.h"
 #include "io/ply_reader.h"
 #include "io/ptx_reader.h"
@@ -19,9 +20,9 @@ namespace backsight {
 namespace {
 
 constexpr std::size_t kHeadBytes = 65536;
-constexpr const char* kReadable = "PCD, PLY, PTX or text (.xyz .txt .asc .csv .pts)";
+constexpr const char* kReadable = "E57, PCD, PLY, PTX or text (.xyz .txt .asc .csv .pts)";
 
-enum class Format { kPcd, kPly, kPtx, kXyz };
+enum class Format { kE57, kPcd, kPly, kPtx, kXyz };
 
 std::string ExtensionOf(const std::string& path) {
   const std::size_t dot = path.find_last_of("./");
@@ -36,11 +37,6 @@ std::string ExtensionOf(const std::string& path) {
 
 /// Throws for formats that are known but not readable, with the way out.
 void RefuseKnown(const std::string& path, std::string_view head) {
-  if (head.starts_with("ASTM-E57")) {
-    RefuseFormat(path, "E57",
-                 "convert each scan with CloudCompare or the scanner's software to PTX (keeps the "
-                 "scan grid) or PLY");
-  }
   if (head.starts_with("LASF")) {
     // Byte 104 is the point format, with its upper bit set where the points are LAZ compressed;
     // COPC is LAZ whose first variable length record, right behind the header, is named "copc".
@@ -94,6 +90,7 @@ bool LooksLikeXyz(const std::vector<std::string_view>& lines) {
 }
 
 std::optional<Format> FormatByContent(std::string_view head) {
+  if (head.starts_with("ASTM-E57")) return Format::kE57;
   if (head.starts_with("ply\n") || head.starts_with("ply\r")) return Format::kPly;
   if (head.starts_with("# .PCD")) return Format::kPcd;
   const std::vector<std::string_view> lines = FirstLines(head, 5);
@@ -145,6 +142,7 @@ std::unique_ptr<ScanReader> OpenSingle(const std::string& path, Format format, i
 
 std::unique_ptr<ScanReader> OpenScan(const std::string& path, int scan_index) {
   const Format format = FindFormat(path);
+  if (format == Format::kE57) return OpenE57(path, scan_index);
   if (format == Format::kPtx) return OpenPtx(path, scan_index);
   return OpenSingle(path, format, scan_index);
 }
