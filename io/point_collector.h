@@ -38,6 +38,11 @@ class PointCollector {
 
   /// Counts a record and appends it if it is a point; only then (true) its attributes follow.
   bool AddPoint(double x, double y, double z, PointChunk& chunk);
+  /// Counts a record that the file itself marks as no point.
+  void DropInvalid() {
+    ++tally_.records;
+    ++tally_.no_return;
+  }
   void AddIntensity(double raw, PointChunk& chunk);
   /// Counts a record that the file itself declares deleted.
   void SkipWithheld() { ++tally_.records, ++tally_.withheld; }

@@ -4,6 +4,8 @@
 
 #include <numbers>
 
+#include "io/text_fields.h"
+
 namespace backsight {
 namespace {
 
@@ -40,6 +42,8 @@ std::string DescribeScan(const ScanInfo& info) {
   add("file", info.path);
   add("format", info.format);
   add("scan_index", fmt::format("{} (of {})", info.scan_index, info.scan_count));
+  if (!info.name.empty()) add("name", Quoted(info.name));
+  if (!info.guid.empty()) add("guid", Quoted(info.guid));
   add("points", info.point_count ? fmt::format("{} (declared)", *info.point_count)
                                  : "not declared by this format");
   add("attributes", Attributes(info));

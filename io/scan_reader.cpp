@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "io/byte_source.h"
+#include "io/e57/e57_reader.h"
 #include "io/las_reader.h"
 #include "io/pcd_reader.h"
 #include "io/ply_reader.h"
@@ -21,9 +22,9 @@ namespace backsight {
 namespace {
 
 constexpr std::size_t kHeadBytes = 65536;
-constexpr const char* kReadable = "LAS, PCD, PLY, PTX, PTS or text (.xyz .txt .asc .csv)";
+constexpr const char* kReadable = "E57, LAS, PCD, PLY, PTX, PTS or text (.xyz .txt .asc .csv)";
 
-enum class Format { kLas, kPcd, kPly, kPts, kPtx, kXyz };
+enum class Format { kE57, kLas, kPcd, kPly, kPts, kPtx, kXyz };
 
 std::string ExtensionOf(const std::string& path) {
   const std::size_t dot = path.find_last_of("./");
@@ -38,11 +39,6 @@ std::string ExtensionOf(const std::string& path) {
 
 /// Throws for formats that are known but not readable, with the way out.
 void RefuseKnown(const std::string& path, std::string_view head) {
-  if (head.starts_with("ASTM-E57")) {
-    RefuseFormat(path, "E57",
-                 "convert each scan with CloudCompare or the scanner's software to PTX (keeps the "
-                 "scan grid) or PLY");
-  }
   if (head.starts_with("LASF")) {
     // Byte 104 is the point format, with an upper bit set where the points are LAZ compressed;
     // COPC is LAZ whose first variable length record, right behind the header, is named "copc".
@@ -107,6 +103,7 @@ bool LooksLikeXyz(const std::vector<std::string_view>& lines) {
 }
 
 std::optional<Format> FormatByContent(std::string_view head) {
+  if (head.starts_with("ASTM-E57")) return Format::kE57;
   if (head.starts_with("ply\n") || head.starts_with("ply\r")) return Format::kPly;
   if (head.starts_with("# .PCD")) return Format::kPcd;
   if (head.starts_with("LASF")) return Format::kLas;
@@ -164,6 +161,7 @@ std::unique_ptr<ScanReader> OpenSingle(const std::string& path, Format format, i
 
 std::unique_ptr<ScanReader> OpenScan(const std::string& path, int scan_index) {
   const Format format = FindFormat(path);
+  if (format == Format::kE57) return OpenE57(path, scan_index);
   if (format == Format::kPtx) return OpenPtx(path, scan_index);
   if (format == Format::kPts) return OpenPts(path, scan_index);
   return OpenSingle(path, format, scan_index);

@@ -14,7 +14,7 @@ namespace backsight {
 /// What a scan file says of itself, from its header alone.
 struct ScanInfo {
   std::string path;
-  std::string format;                        ///< "LAS 1.4", "PCD", "PLY", "PTS", "PTX", "XYZ"
+  std::string format;  ///< "E57", "LAS 1.4", "PCD", "PLY", "PTS", "PTX", "XYZ"
   int scan_index = 0;                        ///< which scan of the file this is, from 0
   int scan_count = 1;                        ///< how many scans the file holds
   std::optional<std::uint64_t> point_count;  ///< declared number of points; none for XYZ text
@@ -24,7 +24,10 @@ struct ScanInfo {
   bool has_gps_time = false;
   int rows = 0;  ///< scan grid (0: unstructured)
   int columns = 0;
-  /// Pose the file itself states for the scan (PTX header, PCD viewpoint); recorded, not applied.
+  std::string guid;  ///< the file's identifier of the scan (E57), else empty
+  std::string name;  ///< the file's name for the scan (E57), else empty
+  /// Pose the file itself states for the scan (PTX header, PCD viewpoint, E57 pose); recorded, not
+  /// applied.
   std::optional<RigidTransform> world_from_scan;
   std::string crs;                 ///< reference system the file states, WKT or "GeoTIFF: ..."
   std::vector<std::string> notes;  ///< repairs and guesses made while reading the header
@@ -35,7 +38,7 @@ struct ScanTally {
   std::uint64_t records = 0;       ///< read from the file
   std::uint64_t points = 0;        ///< handed out
   std::uint64_t not_finite = 0;    ///< dropped: NaN or infinite coordinate
-  std::uint64_t no_return = 0;     ///< dropped: (0,0,0) record of a structured scan
+  std::uint64_t no_return = 0;     ///< dropped: (0,0,0) in a scan grid, or marked as invalid
   std::uint64_t withheld = 0;      ///< dropped: flagged in the file as deleted (LAS "withheld")
   std::vector<std::string> notes;  ///< repairs and guesses made while reading the records
 };
@@ -54,7 +57,7 @@ class ScanReader {
 };
 
 /// Opens scan `scan_index` of the file; the format is known by the file's content first, its
-/// extension second. Throws InputError for a missing, empty or unknown file (LAZ, COPC, E57: named
+/// extension second. Throws InputError for a missing, empty or unknown file (LAZ, COPC: named
 /// as such, with what to convert them with).
 std::unique_ptr<ScanReader> OpenScan(const std::string& path, int scan_index = 0);
 

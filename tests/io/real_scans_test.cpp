@@ -220,7 +220,6 @@ TEST_F(RealScans, FormatsThatCannotBeRead) {
   }
   EXPECT_THAT(error("plane.laz"), ::testing::HasSubstr("LAZ file"));
   EXPECT_THAT(error("1.2-with-color.copc.laz"), ::testing::HasSubstr("COPC file"));
-  EXPECT_THAT(error("bunnyFloat.e57"), ::testing::HasSubstr("E57 file"));
 }
 
 }  // namespace

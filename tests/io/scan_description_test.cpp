@@ -12,6 +12,8 @@ TEST(DescribeScan, ListsWhatIsKnown) {
   info.scan_index = 1;
   info.scan_count = 3;
   info.point_count = 12;
+  info.guid = "{G}";
+  info.name = "Hall\x1b";
   info.has_intensity = true;
   info.has_rgb = true;
   info.rows = 3;
@@ -22,6 +24,8 @@ TEST(DescribeScan, ListsWhatIsKnown) {
             "file        scans/S1.ptx\n"
             "format      PTX\n"
             "scan_index  1 (of 3)\n"
+            "name        'Hall\\x1b'\n"
+            "guid        '{G}'\n"
             "points      12 (declared)\n"
             "attributes  x y z, intensity, colour\n"
             "grid        3 rows, 4 columns\n"
