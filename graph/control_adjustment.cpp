@@ -111,8 +111,7 @@ class Adjuster {
   }
   Eigen::MatrixXd WeightMatrix(const SurveyedPoint& point) const {
     const Eigen::MatrixXd variance = Variance(point);
-    return variance.ldlt().solve(
-        Eigen::MatrixXd::Identity(variance.rows(), variance.cols()));
+    return variance.ldlt().solve(Eigen::MatrixXd::Identity(variance.rows(), variance.cols()));
   }
 
   Eigen::Vector3d EnuPoint(const Eigen::Vector3d& survey) const {
@@ -221,8 +220,7 @@ class Adjuster {
   }
 
   void Finish() {
-    const Eigen::MatrixXd inverse =
-        matrix_.ldlt().solve(Eigen::MatrixXd::Identity(size(), size()));
+    const Eigen::MatrixXd inverse = matrix_.ldlt().solve(Eigen::MatrixXd::Identity(size(), size()));
     if (input_.estimate_scale) result_.scale_sigma = result_.scale * std::sqrt(inverse(6, 6));
     int observations = input_.tilts.empty() ? 0 : 2;
     for (std::size_t k = 0; k < input_.points.size(); ++k) {

@@ -25,8 +25,8 @@ struct Destroyer {
 using Context = std::unique_ptr<PJ_CONTEXT, Destroyer<proj_context_destroy>>;
 using Object = std::unique_ptr<PJ, Destroyer<proj_destroy>>;
 using ObjectList = std::unique_ptr<PJ_OBJ_LIST, Destroyer<proj_list_destroy>>;
-using OperationFactory =
-    std::unique_ptr<PJ_OPERATION_FACTORY_CONTEXT, Destroyer<proj_operation_factory_context_destroy>>;
+using OperationFactory = std::unique_ptr<PJ_OPERATION_FACTORY_CONTEXT,
+                                         Destroyer<proj_operation_factory_context_destroy>>;
 
 /// PROJ's own messages add nothing to ours.
 void IgnoreLog(void*, int, const char*) {}
@@ -48,8 +48,8 @@ Object FindCrs(PJ_CONTEXT* context, const std::string& name, const std::string& 
 Object FindHorizontal(PJ_CONTEXT* context, const std::string& name, const std::string& where) {
   Object crs = FindCrs(context, name, where);
   if (proj_get_type(crs.get()) == PJ_TYPE_PROJECTED_CRS) return crs;
-  throw InputError({where, fmt::format("{} ({}), which is not projected", name,
-                                       proj_get_name(crs.get())),
+  throw InputError({where,
+                    fmt::format("{} ({}), which is not projected", name, proj_get_name(crs.get())),
                     "a projected coordinate reference system, like EPSG:25832",
                     "give heights under crs.vertical, and no geographic or compound system here"});
 }
@@ -57,8 +57,8 @@ Object FindHorizontal(PJ_CONTEXT* context, const std::string& name, const std::s
 Object FindVertical(PJ_CONTEXT* context, const std::string& name, const std::string& where) {
   Object crs = FindCrs(context, name, where);
   if (proj_get_type(crs.get()) == PJ_TYPE_VERTICAL_CRS) return crs;
-  throw InputError({where, fmt::format("{} ({}), which is not vertical", name,
-                                       proj_get_name(crs.get())),
+  throw InputError({where,
+                    fmt::format("{} ({}), which is not vertical", name, proj_get_name(crs.get())),
                     "a vertical coordinate reference system, like EPSG:7837",
                     "leave crs.vertical out where heights are ellipsoidal"});
 }
@@ -100,9 +100,10 @@ Grids GridsOf(PJ_CONTEXT* context, const PJ* operation) {
 
 [[noreturn]] void RefuseHeights(const std::string& where, const std::string& name,
                                 const std::string& why) {
-  throw InputError({where, fmt::format("{}: {}", name, why),
-                    "heights that lead to the ellipsoid of the horizontal system's own datum",
-                    "give crs.vertical of that datum, or leave it out and give ellipsoidal heights"});
+  throw InputError(
+      {where, fmt::format("{}: {}", name, why),
+       "heights that lead to the ellipsoid of the horizontal system's own datum",
+       "give crs.vertical of that datum, or leave it out and give ellipsoidal heights"});
 }
 
 /// The best operation between both systems, whether or not its grids are there: a worse one is not
@@ -113,8 +114,8 @@ Object BestOperation(PJ_CONTEXT* context, const PJ* source, const PJ* target,
   const OperationFactory factory(proj_create_operation_factory_context(context, nullptr));
   proj_operation_factory_context_set_grid_availability_use(context, factory.get(),
                                                            PROJ_GRID_AVAILABILITY_IGNORED);
-  proj_operation_factory_context_set_spatial_criterion(
-      context, factory.get(), PROJ_SPATIAL_CRITERION_PARTIAL_INTERSECTION);
+  proj_operation_factory_context_set_spatial_criterion(context, factory.get(),
+                                                       PROJ_SPATIAL_CRITERION_PARTIAL_INTERSECTION);
   const ObjectList list(proj_create_operations(context, source, target, factory.get()));
   Object operation(list && proj_list_get_count(list.get()) > 0
                        ? proj_list_get(context, list.get(), 0)
@@ -124,9 +125,9 @@ Object BestOperation(PJ_CONTEXT* context, const PJ* source, const PJ* target,
     RefuseHeights(where, name, "PROJ could only guess the way to ellipsoidal heights");
   }
   if (MixesDatums(context, operation.get())) {
-    RefuseHeights(where, name,
-                  fmt::format("its parts have different datums ({})",
-                              proj_get_name(operation.get())));
+    RefuseHeights(
+        where, name,
+        fmt::format("its parts have different datums ({})", proj_get_name(operation.get())));
   }
   return operation;
 }
@@ -173,10 +174,8 @@ GeodeticFrame::GeodeticFrame(const std::string& horizontal, const std::string& v
     parts_->name = proj_get_name(plane.get());
   } else {
     const Object heights = FindVertical(context, vertical, where);
-    parts_->name =
-        fmt::format("{} + {}", proj_get_name(plane.get()), proj_get_name(heights.get()));
-    crs.reset(
-        proj_create_compound_crs(context, parts_->name.c_str(), plane.get(), heights.get()));
+    parts_->name = fmt::format("{} + {}", proj_get_name(plane.get()), proj_get_name(heights.get()));
+    crs.reset(proj_create_compound_crs(context, parts_->name.c_str(), plane.get(), heights.get()));
   }
   const Object geodetic(proj_crs_get_geodetic_crs(context, plane.get()));
   const Object target(proj_crs_promote_to_3D(context, nullptr, geodetic.get()));
@@ -184,9 +183,10 @@ GeodeticFrame::GeodeticFrame(const std::string& horizontal, const std::string& v
   const Object operation = BestOperation(context, crs.get(), target.get(), where);
   const Grids grids = GridsOf(context, operation.get());
   if (!grids.missing.empty()) {
-    throw InputError({where, fmt::format("{} needs a grid that is not installed: {}", parts_->name,
-                                         grids.missing),
-                      "", "put it into PROJ's data folder (PROJ_DATA, or /usr/share/proj)"});
+    throw InputError(
+        {where,
+         fmt::format("{} needs a grid that is not installed: {}", parts_->name, grids.missing), "",
+         "put it into PROJ's data folder (PROJ_DATA, or /usr/share/proj)"});
   }
   parts_->heights = vertical.empty() ? "ellipsoidal heights" : "by " + grids.used;
   parts_->operation.reset(proj_normalize_for_visualization(context, operation.get()));
@@ -226,9 +226,8 @@ void GeodeticFrame::SetOrigin(const Eigen::Vector3d& crs) {
   parts_->local = std::make_unique<GeographicLib::LocalCartesian>(place.y(), place.x(), place.z(),
                                                                   *parts_->ellipsoid);
   constexpr double kStep = 50.0;
-  const Eigen::Vector3d north =
-      EnuFromCrs(crs + kStep * Eigen::Vector3d::UnitY()) -
-      EnuFromCrs(crs - kStep * Eigen::Vector3d::UnitY());
+  const Eigen::Vector3d north = EnuFromCrs(crs + kStep * Eigen::Vector3d::UnitY()) -
+                                EnuFromCrs(crs - kStep * Eigen::Vector3d::UnitY());
   parts_->convergence_deg = std::atan2(north.x(), north.y()) * 180.0 / std::numbers::pi;
   const double to_ellipsoid = 1.0 + place.z() / parts_->ellipsoid->EquatorialRadius();
   parts_->point_scale = 2.0 * kStep * to_ellipsoid / north.norm();

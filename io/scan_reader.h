@@ -15,8 +15,8 @@ namespace backsight {
 struct ScanInfo {
   std::string path;
   std::string format;  ///< "E57", "LAS 1.4", "PCD", "PLY", "PTS", "PTX", "XYZ"
-  int scan_index = 0;                        ///< which scan of the file this is, from 0
-  int scan_count = 1;                        ///< how many scans the file holds
+  int scan_index = 0;  ///< which scan of the file this is, from 0
+  int scan_count = 1;  ///< how many scans the file holds
   std::optional<std::uint64_t> point_count;  ///< declared number of points; none for XYZ text
   bool has_intensity = false;
   bool has_rgb = false;

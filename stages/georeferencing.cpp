@@ -91,8 +91,7 @@ class Georeferencing {
     FitFreely();
     for (std::size_t k = 0; k < input_.control.size(); ++k) {
       result_.free_residuals_m.push_back(MeanResidual(input_.control[k], result_.free_fit));
-      result_.adjustment.residuals[k].mean_m =
-          MeanResidual(input_.control[k], result_.adjustment);
+      result_.adjustment.residuals[k].mean_m = MeanResidual(input_.control[k], result_.adjustment);
     }
     for (const SurveyedPoint& point : input_.check) {
       result_.check.push_back(Check(point, result_.adjustment, options_.sighting_sigma_m));

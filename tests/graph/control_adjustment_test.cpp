@@ -31,7 +31,8 @@ Eigen::Vector3d Somewhere(Random& random, double reach, double height) {
 
 /// A free network with correlated errors, and control with noise, all drawn from a seed.
 struct Survey {
-  explicit Survey(std::uint64_t seed, std::size_t point_count = 6, double noise = 1.0) : random(seed) {
+  explicit Survey(std::uint64_t seed, std::size_t point_count = 6, double noise = 1.0)
+      : random(seed) {
     enu_from_survey = {ExpSo3(Somewhere(random, 3.0, 0.05)), Somewhere(random, 50.0, 2.0)};
     for (std::size_t s = 0; s < kStations; ++s) {
       RigidTransform pose;

@@ -62,8 +62,7 @@ TEST(GeodeticFrame, IsCartesian) {
     const auto draw = [&] {
       const double east = random.Uniform(-2000.0, 2000.0);
       const double north = random.Uniform(-2000.0, 2000.0);
-      return Eigen::Vector3d(kMunich +
-                             Eigen::Vector3d(east, north, random.Uniform(-100.0, 100.0)));
+      return Eigen::Vector3d(kMunich + Eigen::Vector3d(east, north, random.Uniform(-100.0, 100.0)));
     };
     const Eigen::Vector3d a = draw();
     const Eigen::Vector3d b = draw();
