@@ -6,6 +6,7 @@
 #include <map>
 
 #include "io/html_text.h"
+#include "io/report_georeference.h"
 #include "io/report_network.h"
 #include "io/report_plan.h"
 #include "io/report_tables.h"
@@ -217,6 +218,7 @@ std::string ReportHtml(const RunRecord& run, const std::vector<ReportPicture>& p
   html += Summary(run);
   html += "<h2>Quality gates</h2>\n" + GateTable(run);
   html += "<h2>Warnings</h2>\n" + Warnings(run);
+  html += GeoreferenceSection(run);
   html += "<h2>Plan view</h2>\n" + Plans(run);
   html += "<h2>Stations</h2>\n" + StationTable(run);
   html += "<h2>Links</h2>\n" + LinkTable(run);

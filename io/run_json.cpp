@@ -54,6 +54,17 @@ ordered_json ToJson(const Matrix6d& matrix) {
   return rows;
 }
 
+ordered_json ToJson(const std::optional<GroundPose>& ground) {
+  if (!ground) return {};
+  const PoseSigma sigma = SigmaOf(ground->enu_from_station, ground->covariance);
+  return {{"enu_from_station", ToJson(ground->enu_from_station)},
+          {"covariance", ToJson(ground->covariance)},
+          {"sigma_position_m", ToJson(sigma.position_m)},
+          {"sigma_worst_m", sigma.worst_position_m},
+          {"sigma_rotation_deg", ToJson(sigma.rotation_deg)},
+          {"crs_position", ToJson(ground->position)}};
+}
+
 ordered_json ToJson(const PoseRecord& pose) {
   const bool placed = pose.status == StationStatus::kRegistered;
   ordered_json json = {{"station", pose.station},
@@ -74,6 +85,7 @@ ordered_json ToJson(const PoseRecord& pose) {
     json["sigma_worst_m"] = sigma.worst_position_m;
     json["sigma_rotation_deg"] = ToJson(sigma.rotation_deg);
   }
+  json["ground"] = placed ? ToJson(pose.ground) : ordered_json();
   return json;
 }
 
@@ -121,6 +133,49 @@ ordered_json ToJson(const ScanRecord& scan) {
           {"records", scan.records}, {"points", scan.points},       {"dropped", scan.dropped},
           {"leaves", scan.leaves},   {"keypoints", scan.keypoints}, {"extent_m", scan.extent_m},
           {"notes", scan.notes}};
+}
+
+ordered_json ToJson(const std::optional<Eigen::Vector3d>& v) {
+  return v ? ToJson(*v) : ordered_json();
+}
+
+ordered_json ToJson(const SurveyPointRecord& point) {
+  return {{"id", point.id},
+          {"role", point.check ? "check" : "control"},
+          {"excluded", point.excluded},
+          {"sightings", point.sightings},
+          {"residual_m", ToJson(point.residual_m)},
+          {"free_residual_m", ToJson(point.free_residual_m)},
+          {"w", ToJson(point.w)},
+          {"sigma_m", ToJson(point.sigma_m)}};
+}
+
+ordered_json ToJson(const CheckRecord& check) {
+  return {{"points", check.points},
+          {"rmse_m", ToJson(check.rmse_m)},
+          {"rmse_horizontal_m", check.rmse_horizontal_m},
+          {"rmse_3d_m", check.rmse_3d_m},
+          {"predicted_3d_m", check.predicted_3d_m}};
+}
+
+ordered_json ToJson(const GeoreferenceRecord& g) {
+  ordered_json points = ordered_json::array();
+  for (const SurveyPointRecord& point : g.points) points.push_back(ToJson(point));
+  return {{"component", g.component},
+          {"status", g.status},
+          {"crs", g.crs},
+          {"heights", g.heights},
+          {"origin_deg_deg_m", ToJson(g.origin_deg_deg_m)},
+          {"convergence_deg", g.convergence_deg},
+          {"point_scale", g.point_scale},
+          {"enu_from_survey", ToJson(g.enu_from_survey)},
+          {"scale", g.scale},
+          {"scale_test_ppm", g.scale_test_ppm},
+          {"scale_sigma_ppm", g.scale_sigma_ppm},
+          {"redundancy", g.redundancy},
+          {"variance_factor", g.variance_factor},
+          {"points", std::move(points)},
+          {"check", ToJson(g.check)}};
 }
 
 ordered_json ToJson(const ComponentRecord& component) {
@@ -203,6 +258,7 @@ std::string ReportJson(const RunRecord& run) {
                {"network", std::move(network)},
                {"components", ToJson(run.components)},
                {"closures", ToJson(run.closures)},
+               {"georeference", ToJson(run.georeference)},
                {"poses", ToJson(run.poses)},
                {"links", ToJson(TriedLinks(run.links))},
                {"skipped_pairs", CountSkipped(run.links)},

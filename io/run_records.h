@@ -17,6 +17,13 @@ enum class LinkStatus { kAccepted, kRejected, kFailed, kSkipped };
 std::string ToString(StationStatus status);
 std::string ToString(LinkStatus status);
 
+/// A station in the frame of the control.
+struct GroundPose {
+  RigidTransform enu_from_station;
+  Matrix6d covariance = Matrix6d::Zero();              ///< Retract's convention; rad, m
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< in the CRS, or the control's local grid
+};
+
 /// One line of poses.csv.
 struct PoseRecord {
   std::string station;
@@ -26,6 +33,7 @@ struct PoseRecord {
   RigidTransform survey_from_station;
   std::optional<Matrix6d> covariance;  ///< [rotation; translation], Retract's convention; rad, m
   int link_count = 0;                  ///< accepted links of this station
+  std::optional<GroundPose> ground;    ///< where control places its component
 };
 
 /// Formal standard deviations of a placed station. The covariance is that of a perturbation of the
@@ -109,6 +117,48 @@ struct ComponentRecord {
   double weakest_sigma_m = 0.0;
 };
 
+/// What the stations see of a survey point less its given coordinates; metres, along east, north
+/// and up of the given coordinates (grid axes).
+struct SurveyPointRecord {
+  std::string id;
+  bool check = false;
+  bool excluded = false;  ///< a blunder: it takes no part
+  int sightings = 0;
+  Eigen::Vector3d residual_m = Eigen::Vector3d::Zero();
+  std::optional<Eigen::Vector3d> free_residual_m;  ///< control: of the network moved as a whole
+  std::optional<Eigen::Vector3d> w;                ///< control: Baarda's standardised residuals
+  std::optional<Eigen::Vector3d> sigma_m;          ///< check: predicted of the residual
+};
+
+/// Root mean square errors over the check points of a component (ASPRS positional accuracy,
+/// edition 2, 2023), metres.
+struct CheckRecord {
+  int points = 0;
+  Eigen::Vector3d rmse_m = Eigen::Vector3d::Zero();
+  double rmse_horizontal_m = 0.0;
+  double rmse_3d_m = 0.0;
+  double predicted_3d_m = 0.0;  ///< from the covariances
+};
+
+/// How one component was tied to its control.
+struct GeoreferenceRecord {
+  int component = 0;
+  std::string status;  ///< georeferenced, too_few_points, contradictory or diverged
+  std::string crs;     ///< names and heights; "local grid" without a CRS
+  std::string heights;
+  std::optional<Eigen::Vector3d> origin_deg_deg_m;  ///< latitude, longitude, ellipsoidal height
+  double convergence_deg = 0.0;
+  double point_scale = 1.0;  ///< of the grid at the origin
+  RigidTransform enu_from_survey;
+  double scale = 1.0;           ///< applied
+  double scale_test_ppm = 0.0;  ///< what control says of the network's scale
+  double scale_sigma_ppm = 0.0;
+  int redundancy = 0;
+  double variance_factor = 1.0;  ///< applied to the covariances
+  std::vector<SurveyPointRecord> points;
+  CheckRecord check;
+};
+
 /// One scan as it was read.
 struct ScanRecord {
   std::string station;
@@ -152,6 +202,7 @@ struct RunRecord {
   std::vector<std::string> warnings;
   std::vector<ComponentRecord> components;
   std::vector<ClosureRecord> closures;
+  std::vector<GeoreferenceRecord> georeference;         ///< by component; empty without control
   std::vector<std::pair<std::string, double>> network;  ///< named figures of the whole network
 };
 

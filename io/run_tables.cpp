@@ -55,6 +55,21 @@ class CsvBuilder {
   std::string body_;
 };
 
+/// Empty cells where no control places the station.
+void FillGround(CsvBuilder& csv, const std::optional<GroundPose>& ground) {
+  csv.Transform("enu_", ground ? std::optional(ground->enu_from_station) : std::nullopt);
+  const auto cells = [&](const std::string& prefix, const Eigen::Vector3d& values) {
+    const char* const axes[] = {"e", "n", "u"};
+    for (int axis = 0; axis < 3; ++axis) {
+      csv.Real(prefix + axes[axis], ground ? std::optional(values[axis]) : std::nullopt);
+    }
+  };
+  cells("crs_", ground ? ground->position : Eigen::Vector3d::Zero());
+  const GroundPose none;
+  const GroundPose& pose = ground ? *ground : none;
+  cells("sigma_enu_m_", SigmaOf(pose.enu_from_station, pose.covariance).position_m);
+}
+
 void FillPose(CsvBuilder& csv, const PoseRecord& pose) {
   const bool placed = pose.status == StationStatus::kRegistered;
   const std::optional<PoseSigma> sigma = placed ? SigmaOf(pose) : std::nullopt;
@@ -74,6 +89,7 @@ void FillPose(CsvBuilder& csv, const PoseRecord& pose) {
   csv.Real("sigma_rx_deg", known(s.rotation_deg.x()));
   csv.Real("sigma_ry_deg", known(s.rotation_deg.y()));
   csv.Real("sigma_rz_deg", known(s.rotation_deg.z()));
+  FillGround(csv, pose.ground);
 }
 
 /// What the adjusted network says of the link's own error.

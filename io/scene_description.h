@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -142,6 +143,15 @@ struct ControlSite {
   bool check = false;               ///< a check point: never used for fitting
 };
 
+/// Where the scene's world lies on Earth: x, y and z of the world are east, north and up at the
+/// origin, turned about the vertical.
+struct SceneCrs {
+  std::string horizontal;  ///< as in CrsSpec of a project file
+  std::string vertical;
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< easting, northing, height of the world's 0
+  double heading_deg = 0.0;                          ///< of the world's x axis, north of east
+};
+
 enum class CampaignFormat { kPtx, kPly, kLas };
 
 struct Scene {
@@ -159,6 +169,7 @@ struct Scene {
   Scanner scanner;
   std::vector<StationSite> stations;
   std::vector<ControlSite> control;
+  std::optional<SceneCrs> crs;  ///< absent: control is given in the world's own coordinates
 };
 
 }  // namespace backsight

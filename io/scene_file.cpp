@@ -97,6 +97,17 @@ std::vector<ControlSite> ReadControlSites(const YamlValue& list) {
   return sites;
 }
 
+SceneCrs ReadSceneCrs(const YamlValue& map) {
+  SceneCrs crs;
+  crs.horizontal = map.Required("horizontal").Text();
+  crs.vertical = map.Optional("vertical").Text();
+  constexpr double kEarth = 1e8;
+  const std::vector<double> origin = map.Required("origin").Reals(3, {-kEarth, kEarth, "m"});
+  crs.origin = {origin[0], origin[1], origin[2]};
+  crs.heading_deg = ReadReal(map, "heading_deg", crs.heading_deg, -360.0, 360.0, "deg");
+  return crs;
+}
+
 }  // namespace
 
 Scene ReadScene(const std::string& path) {
@@ -122,6 +133,8 @@ Scene ReadScene(const std::string& path) {
   scene.scanner = ReadScanner(root.Optional("scanner"));
   scene.stations = ReadStationSites(root.Required("stations"), scene.ground);
   scene.control = ReadControlSites(root.Optional("control"));
+  const YamlValue crs = root.Optional("crs");
+  if (crs.present()) scene.crs = ReadSceneCrs(crs);
   document.ThrowIfInvalid();
   return scene;
 }

@@ -154,14 +154,13 @@ OutputSpec ReadOutputs(const YamlValue& map, const std::vector<StationSpec>& sta
   return outputs;
 }
 
-GateSpec ReadGates(const YamlValue& map, Unsupported& unsupported) {
+GateSpec ReadGates(const YamlValue& map) {
   constexpr RealRange range{1e-3, 1e6, "mm"};
   GateSpec gates;
   const YamlValue sigma = map.Optional("max_station_sigma_mm");
   if (sigma.present()) gates.max_station_sigma_mm = sigma.Real(1.0, range);
   const YamlValue rmse = map.Optional("max_check_rmse_mm");
   if (rmse.present()) gates.max_check_rmse_mm = rmse.Real(1.0, range);
-  Note(unsupported, rmse, "check points");
   gates.require_all_stations = map.Optional("require_all_stations").Flag(false);
   return gates;
 }
@@ -196,14 +195,11 @@ SurveyProject ReadSurveyProject(const std::string& path,
   project.name = root.Optional("name").Text(std::filesystem::path(path).stem().string());
   const YamlValue crs = root.Optional("crs");
   if (crs.present()) project.crs = ReadCrs(crs);
-  Note(project.unsupported, crs, "a coordinate reference system for the result");
   project.stations = ReadStations(root.Required("stations"));
-  const YamlValue control = root.Optional("control");
-  project.control = ReadControl(control, project.stations);
-  Note(project.unsupported, control, "control and check points");
+  project.control = ReadControl(root.Optional("control"), project.stations);
   project.pairs = ReadPairs(root.Optional("pairs"), project.stations);
   project.outputs = ReadOutputs(root.Optional("outputs"), project.stations, project.unsupported);
-  project.gates = ReadGates(root.Optional("gates"), project.unsupported);
+  project.gates = ReadGates(root.Optional("gates"));
   project.resources = ReadResources(root.Optional("resources"));
   ReadOptions(root, sections);
   document.ThrowIfInvalid();

@@ -5,8 +5,11 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <iterator>
+#include <numbers>
+#include <optional>
 
 #include "core/error.h"
+#include "io/geodetic_frame.h"
 
 namespace backsight {
 namespace {
@@ -22,24 +25,51 @@ std::string_view RoleOf(const SimulatedTarget& target) {
   return target.site.check ? "check" : "control";
 }
 
-std::string TargetComments(const Campaign& campaign, std::span<const SimulatedTarget> targets,
-                           bool check) {
+/// From the scene's world to the coordinates that its control is given in.
+class ControlCoordinates {
+ public:
+  explicit ControlCoordinates(const std::optional<SceneCrs>& crs) {
+    if (!crs) return;
+    frame_.emplace(crs->horizontal, crs->vertical, "the scene's crs");
+    frame_->SetOrigin(crs->origin);
+    turn_ = ExpSo3({0.0, 0.0, crs->heading_deg * std::numbers::pi / 180.0});
+  }
+  Eigen::Vector3d Of(const Eigen::Vector3d& world) const {
+    return frame_ ? frame_->CrsFromEnu(turn_ * world) : world;
+  }
+
+ private:
+  std::optional<GeodeticFrame> frame_;
+  Eigen::Matrix3d turn_ = Eigen::Matrix3d::Identity();
+};
+
+std::string TargetEntries(const Campaign& campaign, std::span<const SimulatedTarget> targets,
+                          bool check) {
+  const ControlCoordinates coordinates(campaign.scene.crs);
+  const RigidTransform& world_from_survey = campaign.stations.front().world_from_station;
   std::string text;
   for (const SimulatedTarget& target : targets) {
     if (target.site.check != check || target.measured.empty()) continue;
     const double sigma = target.site.sigma_m;
     text +=
-        fmt::format("#  - {{id: {}, crs: [{}], sigma_m: [{}, {}, {}], role: {},\n", target.site.id,
-                    Triple(target.surveyed_m, ", "), sigma, sigma, sigma, RoleOf(target));
-    text += "#     measured: [";
+        fmt::format("  - {{id: {}, crs: [{}], sigma_m: [{}, {}, {}], role: {},\n", target.site.id,
+                    Triple(coordinates.Of(world_from_survey * target.surveyed_m), ", "), sigma,
+                    sigma, sigma, RoleOf(target));
+    text += "     measured: [";
     for (std::size_t i = 0; i < target.measured.size(); ++i) {
       const TargetMeasurement& m = target.measured[i];
-      text += fmt::format("{}{{station: {}, xyz: [{}]}}", i == 0 ? "" : ",\n#       ",
+      text += fmt::format("{}{{station: {}, xyz: [{}]}}", i == 0 ? "" : ",\n       ",
                           campaign.stations[m.station].id, Triple(m.xyz_m, ", "));
     }
     text += "]}\n";
   }
   return text;
+}
+
+std::string CrsEntry(const std::optional<SceneCrs>& crs) {
+  if (!crs) return {};
+  return fmt::format("crs: {{horizontal: {}{}}}\n", crs->horizontal,
+                     crs->vertical.empty() ? "" : ", vertical: " + crs->vertical);
 }
 
 }  // namespace
@@ -87,8 +117,8 @@ std::string ProjectYaml(const Campaign& campaign, std::span<const SimulatedTarge
   const Scene& scene = campaign.scene;
   std::string text = fmt::format(
       "# Simulated campaign; truth.csv holds the true poses.\n"
-      "schema_version: 1\nname: {}\nstations:\n",
-      scene.name);
+      "schema_version: 1\nname: {}\n{}stations:\n",
+      scene.name, CrsEntry(scene.crs));
   std::string levelled;
   if (scene.scanner.orientation != Orientation::kRandomSo3) {
     levelled = fmt::format(", levelled: true, level_sigma_deg: {}",
@@ -100,12 +130,11 @@ std::string ProjectYaml(const Campaign& campaign, std::span<const SimulatedTarge
   }
   text += "outputs:\n  merged: [{format: las, path: out/merged.las, thin_m: 0.01}]\n";
   text += "gates: {require_all_stations: true}\n";
-  if (targets.empty()) return text;
-  text +=
-      "# Surveyed targets, in the survey frame of the truth. Remove the comment signs from the\n"
-      "# next line on to use them.\n#control:\n";
-  text += "# Control points:\n" + TargetComments(campaign, targets, false);
-  text += "# Check points, never used for fitting:\n" + TargetComments(campaign, targets, true);
+  const std::string control = TargetEntries(campaign, targets, false);
+  const std::string check = TargetEntries(campaign, targets, true);
+  if (control.empty() && check.empty()) return text;
+  text += "control:\n" + control;
+  if (!check.empty()) text += "  # Check points, never used for fitting:\n" + check;
   return text;
 }
 

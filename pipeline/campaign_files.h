@@ -19,7 +19,8 @@ std::string TruthCsv(const Campaign& campaign);
 /// and the measurement in the station frame.
 std::string ControlCsv(const Campaign& campaign, std::span<const SimulatedTarget> targets);
 
-/// Survey project file. The targets are in it as comments, because a plain run needs none.
+/// Survey project file with the targets as control and check points, in the scene's CRS where it
+/// has one, otherwise in the coordinates of its world.
 std::string ProjectYaml(const Campaign& campaign, std::span<const SimulatedTarget> targets);
 
 }  // namespace backsight

@@ -21,15 +21,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Stations in the frame of the control where there is one, otherwise in the survey frame.
 std::vector<MergeStation> StationsOf(int component, const IngestOptions& ingest,
-                                     const std::vector<Station>& stations, const Network& network) {
+                                     const std::vector<Station>& stations, const Network& network,
+                                     const GeoreferencedNetwork& ground) {
   std::vector<MergeStation> members;
   for (std::size_t s = 0; s < stations.size(); ++s) {
     if (!stations[s].usable() || network.component[s] != component) continue;
     const Station& station = stations[s];
     MergeStation member;
     member.number = static_cast<int>(s) + 1;
-    member.survey_from_station = network.survey_from_station[s];
+    member.frame_from_station = ground.enu_from_station[s].value_or(network.survey_from_station[s]);
+    member.scale = ground.ScaleOf(component);
     member.range_origin = station.spec.scanner_origin_m.value_or(Eigen::Vector3d::Zero());
     member.min = station.model.min;
     member.max = station.model.max;
@@ -86,10 +89,15 @@ std::vector<OutputRecord> WriteMergedCloud(const CloudOutput& output, int compon
                                            const IngestOptions& ingest,
                                            const std::vector<Station>& stations,
                                            const Network& network,
+                                           const GeoreferencedNetwork& ground,
                                            const ExecutionContext& context) {
-  std::vector<MergeStation> members = StationsOf(component, ingest, stations, network);
-  const CloudBounds bounds = MergedBounds(members);
+  std::vector<MergeStation> members = StationsOf(component, ingest, stations, network, ground);
+  const bool in_crs = ground.frame && ground.parts[static_cast<std::size_t>(component)].placed();
+  OutputMap map;
+  if (in_crs) map = [&](const Eigen::Vector3d& enu) { return ground.OutputFromEnu(enu); };
+  const CloudBounds bounds = MergedBounds(members, map);
   CloudWriterSpec spec;
+  if (in_crs) spec.wkt = ground.frame->wkt();
   spec.path = ComponentPath(output.path, component);
   spec.generator = fmt::format("backsight {}", kVersion);
   spec.min = bounds.min;
@@ -105,7 +113,7 @@ std::vector<OutputRecord> WriteMergedCloud(const CloudOutput& output, int compon
   MakeDirectories(fs::path(spec.path).parent_path().string());
   spec.max_points_per_file = static_cast<std::uint64_t>(output.max_points);
   const auto writer = CreateWriter(output.format, spec);
-  MergeClouds(members, output.thin_m, *writer, context);
+  MergeClouds(members, map, output.thin_m, *writer, context);
   std::vector<OutputRecord> records;
   for (const WrittenFile& file : WrittenFiles(spec, writer->Finish())) {
     records.push_back({file.path, std::string(NameOf(output.format)), file.points});
@@ -125,7 +133,8 @@ void MakeDirectories(const std::string& path) {
 
 std::vector<OutputRecord> WriteMergedClouds(
     const SurveyProject& project, const IngestOptions& ingest, const std::vector<Station>& stations,
-    const Network& network, const std::string& out_directory, const ExecutionContext& context) {
+    const Network& network, const GeoreferencedNetwork& ground, const std::string& out_directory,
+    const ExecutionContext& context) {
   const std::vector<CloudOutput> wanted = project.outputs.merged.value_or(std::vector<CloudOutput>{
       {CloudFormat::kLas, (fs::path(out_directory) / "merged.las").string(), 0.0, 0}});
   const int components =
@@ -135,7 +144,8 @@ std::vector<OutputRecord> WriteMergedClouds(
   std::vector<OutputRecord> written;
   for (const CloudOutput& output : wanted) {
     for (int component = 0; component < components; ++component) {
-      const auto records = WriteMergedCloud(output, component, ingest, stations, network, context);
+      const auto records =
+          WriteMergedCloud(output, component, ingest, stations, network, ground, context);
       written.insert(written.end(), records.begin(), records.end());
     }
   }

@@ -7,6 +7,7 @@
 #include "io/report_html.h"
 #include "io/run_records.h"
 #include "io/survey_project.h"
+#include "pipeline/georeference_network.h"
 #include "pipeline/network_pipeline.h"
 
 namespace backsight {
@@ -17,7 +18,8 @@ namespace backsight {
 /// written for a network without links.
 std::vector<OutputRecord> WriteMergedClouds(
     const SurveyProject& project, const IngestOptions& ingest, const std::vector<Station>& stations,
-    const Network& network, const std::string& out_directory, const ExecutionContext& context);
+    const Network& network, const GeoreferencedNetwork& ground, const std::string& out_directory,
+    const ExecutionContext& context);
 
 /// Writes poses.csv, poses.json, links.csv, report.json and report.html.
 void WriteReports(const RunRecord& run, const std::vector<ReportPicture>& pictures,

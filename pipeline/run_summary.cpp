@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <numbers>
 
+#include "pipeline/ground_records.h"
 #include "pipeline/link_records.h"
 #include "pipeline/survey_pipeline.h"
 #include "pipeline/version.h"
@@ -28,7 +29,8 @@ int CountAccepted(const std::vector<LinkRecord>& links, const std::string& stati
   }));
 }
 
-PoseRecord MakePoseRecord(const Station& station, const Network& network, std::size_t index,
+PoseRecord MakePoseRecord(const Station& station, const Network& network,
+                          const GeoreferencedNetwork& ground, std::size_t index,
                           const std::vector<LinkRecord>& links) {
   PoseRecord record;
   record.station = station.spec.id;
@@ -46,6 +48,7 @@ PoseRecord MakePoseRecord(const Station& station, const Network& network, std::s
   record.status = StationStatus::kRegistered;
   record.survey_from_station = network.survey_from_station[index];
   record.covariance = network.covariance[index];
+  record.ground = MakeGroundPose(ground, index);
   return record;
 }
 
@@ -56,12 +59,37 @@ int CountRegistered(const std::vector<PoseRecord>& poses, int component) {
   }));
 }
 
-std::vector<GateRecord> JudgeGates(const GateSpec& gates, const std::vector<PoseRecord>& poses) {
+/// Of its place on the ground where control gives it one.
+std::optional<PoseSigma> SigmaOnGround(const PoseRecord& pose) {
+  if (!pose.ground) return SigmaOf(pose);
+  return SigmaOf(pose.ground->enu_from_station, pose.ground->covariance);
+}
+
+/// Check points of the main network; none of them is a failure, too.
+GateRecord JudgeCheckPoints(double limit_mm, const std::vector<GeoreferenceRecord>& georeference) {
+  const CheckRecord check = georeference.empty() ? CheckRecord{} : georeference.front().check;
+  const double rmse_mm = 1000.0 * check.rmse_3d_m;
+  return {"max_check_rmse_mm", fmt::format("{:g} mm, 3D", limit_mm),
+          check.points == 0 ? "no check points"
+                            : fmt::format("{:.2f} mm, n = {}", rmse_mm, check.points),
+          check.points > 0 && rmse_mm <= limit_mm};
+}
+
+std::vector<GateRecord> JudgeGates(const GateSpec& gates, const std::vector<PoseRecord>& poses,
+                                   const std::vector<GeoreferenceRecord>& georeference) {
   std::vector<GateRecord> judged;
+  for (const GeoreferenceRecord& record : georeference) {
+    if (record.status != "contradictory") continue;
+    judged.push_back({"control_agrees", "control points that agree",
+                      fmt::format("variance factor {:.1f}", record.variance_factor), false});
+  }
+  if (gates.max_check_rmse_mm) {
+    judged.push_back(JudgeCheckPoints(*gates.max_check_rmse_mm, georeference));
+  }
   if (gates.max_station_sigma_mm) {
     double worst_mm = 0.0;
     for (const PoseRecord& pose : poses) {
-      if (const auto sigma = SigmaOf(pose)) {
+      if (const auto sigma = SigmaOnGround(pose)) {
         worst_mm = std::max(worst_mm, 1000.0 * sigma->worst_position_m);
       }
     }
@@ -74,6 +102,13 @@ std::vector<GateRecord> JudgeGates(const GateSpec& gates, const std::vector<Pose
                       fmt::format("{}", placed), placed == static_cast<int>(poses.size())});
   }
   return judged;
+}
+
+/// False if there is control and it does not place the main network.
+bool IsOnGround(const RunRecord& run) {
+  if (run.georeference.empty()) return true;
+  const std::string& status = run.georeference.front().status;
+  return status == "georeferenced" || status == "contradictory";
 }
 
 /// Sets verdict and exit code. A failed gate outranks a partial result: it was asked for.
@@ -92,6 +127,12 @@ void Judge(RunRecord* run) {
     run->exit_code = kGateFailed;
     run->verdict = fmt::format("Gate {} failed: {} (limit {}). {} of {} stations placed.",
                                failed->name, failed->value, failed->limit, placed, all);
+  } else if (!IsOnGround(*run)) {
+    run->exit_code = kPartial;
+    run->verdict = fmt::format(
+        "Partial: {} of {} stations placed in one network, which control does not tie to the "
+        "ground.",
+        placed, all);
   } else if (placed < all) {
     run->exit_code = kPartial;
     run->verdict = fmt::format("Partial: {} of {} stations placed in one network.", placed, all);
@@ -177,6 +218,7 @@ std::vector<std::pair<std::string, double>> NetworkFigures(const PairDiscovery& 
 
 RunRecord SummarizeRun(const SurveyProject& project, const std::vector<Station>& stations,
                        const PairDiscovery& discovery, const Network& network,
+                       const GeoreferencedNetwork& ground,
                        const std::vector<OutputRecord>& outputs) {
   RunRecord run;
   run.project_name = project.name;
@@ -187,16 +229,20 @@ RunRecord SummarizeRun(const SurveyProject& project, const std::vector<Station>&
   }
   for (std::size_t s = 0; s < stations.size(); ++s) {
     run.scans.push_back(stations[s].record);
-    run.poses.push_back(MakePoseRecord(stations[s], network, s, run.links));
+    run.poses.push_back(MakePoseRecord(stations[s], network, ground, s, run.links));
   }
   run.outputs = outputs;
-  run.gates = JudgeGates(project.gates, run.poses);
+  run.georeference = MakeGeoreferenceRecords(project, ground);
+  run.gates = JudgeGates(project.gates, run.poses, run.georeference);
   run.components = MakeComponentRecords(stations, network);
   run.closures = MakeClosureRecords(stations, discovery.pairs, network);
   run.network = NetworkFigures(discovery, network);
   Judge(&run);
   AddWarnings(&run);
   AddPlacementWarnings(stations, network, &run);
+  for (std::string& warning : GroundWarnings(run.georeference)) {
+    run.warnings.push_back(std::move(warning));
+  }
   const PoseGraphResult& poses = network.solution.poses;
   const bool any_link = std::any_of(network.candidates.begin(), network.candidates.end(),
                                     [](const NetworkCandidate& c) { return c.used(); });

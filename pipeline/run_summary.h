@@ -4,6 +4,7 @@
 
 #include "io/run_records.h"
 #include "io/survey_project.h"
+#include "pipeline/georeference_network.h"
 #include "pipeline/network_pipeline.h"
 #include "pipeline/pair_discovery.h"
 
@@ -13,6 +14,7 @@ namespace backsight {
 /// the verdict and the exit code.
 RunRecord SummarizeRun(const SurveyProject& project, const std::vector<Station>& stations,
                        const PairDiscovery& discovery, const Network& network,
+                       const GeoreferencedNetwork& ground,
                        const std::vector<OutputRecord>& outputs);
 
 }  // namespace backsight

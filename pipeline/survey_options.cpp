@@ -27,6 +27,8 @@ std::vector<OptionSection> OptionSections(SurveyOptions& options) {
        [&](OptionVisitor& visitor) { VisitOptions(visitor, options.placement_check); }},
       {"refinement", "planar adjustment of all stations together",
        [&](OptionVisitor& visitor) { VisitOptions(visitor, options.refinement); }},
+      {"georeferencing", "how the network is tied to control points",
+       [&](OptionVisitor& visitor) { VisitOptions(visitor, options.georeferencing); }},
   };
 }
 

@@ -6,6 +6,7 @@
 #include "stages/coarse_registration.h"
 #include "stages/features.h"
 #include "stages/fine_registration.h"
+#include "stages/georeferencing.h"
 #include "stages/ingest.h"
 #include "stages/matching.h"
 #include "stages/network_refinement.h"
@@ -30,6 +31,7 @@ struct SurveyOptions {
   NetworkOptions network;
   PlacementCheckOptions placement_check;
   NetworkRefinementOptions refinement;
+  GeoreferencingOptions georeferencing;
 };
 
 /// The sections of the project file, in the order of the method. They refer to `options`, which

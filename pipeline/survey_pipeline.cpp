@@ -2,6 +2,7 @@
 
 #include <chrono>
 
+#include "pipeline/georeference_network.h"
 #include "pipeline/pair_discovery.h"
 #include "pipeline/report_pictures.h"
 #include "pipeline/run_outputs.h"
@@ -43,15 +44,20 @@ SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
   const Network network = BuildNetwork(stations, discovery.pairs, options, context);
   clock.Finish("network");
 
+  const GeoreferencedNetwork ground =
+      GeoreferenceNetwork(project, stations, network, options.georeferencing);
+  clock.Finish("georeferencing");
+
   // Poses first: whatever may happen to the large files, they are kept.
   const std::vector<ReportPicture> pictures = DrawReportPictures(stations, network);
-  WriteReports(SummarizeRun(project, stations, discovery, network, {}), pictures, out_directory);
+  WriteReports(SummarizeRun(project, stations, discovery, network, ground, {}), pictures,
+               out_directory);
   clock.Finish("report");
   const std::vector<OutputRecord> outputs =
-      WriteMergedClouds(project, options.ingest, stations, network, out_directory, context);
+      WriteMergedClouds(project, options.ingest, stations, network, ground, out_directory, context);
   clock.Finish("merge");
 
-  run.record = SummarizeRun(project, stations, discovery, network, outputs);
+  run.record = SummarizeRun(project, stations, discovery, network, ground, outputs);
   WriteReports(run.record, pictures, out_directory);
   return run;
 }

@@ -30,7 +30,8 @@ struct SurveyRun {
 };
 
 /// The whole method, from scan files to outputs in `out_directory`: loads the stations, registers
-/// all pairs, fuses them to a network, merges the clouds and writes tables and reports.
+/// all pairs, fuses them to a network, ties it to control, merges the clouds and writes tables and
+/// reports.
 SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
                     const std::string& out_directory, const ExecutionContext& context);
 

@@ -19,17 +19,6 @@ ControlAdjustmentInput MakeInput(const GeoreferencingInput& input,
   return made;
 }
 
-/// Residuals of the points in use back to all control points; those of the others are `kept`.
-std::vector<PointResidual> Spread(const std::vector<PointResidual>& residuals,
-                                  const std::vector<char>& excluded,
-                                  std::vector<PointResidual> kept) {
-  std::size_t next = 0;
-  for (std::size_t k = 0; k < excluded.size(); ++k) {
-    if (excluded[k] == 0) kept[k] = residuals[next++];
-  }
-  return kept;
-}
-
 /// What the stations see of a point less its coordinates, along its axes, mean over the sightings.
 Eigen::Vector3d MeanResidual(const SurveyedPoint& point, const ControlAdjustmentResult& placed) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -58,7 +47,8 @@ CheckResidual Check(const SurveyedPoint& point, const ControlAdjustmentResult& p
       jacobian * placed.covariance * jacobian.transpose() + point.Covariance();
   variance.diagonal().array() += sighting_sigma_m * sighting_sigma_m / count;
   return {MeanResidual(point, placed),
-          (point.axes.transpose() * variance * point.axes).diagonal().cwiseSqrt()};
+          (point.axes.transpose() * variance * point.axes).diagonal().cwiseSqrt(),
+          static_cast<int>(point.sightings.size())};
 }
 
 /// The 99.9 % quantile of chi^2 (Wilson and Hilferty 1931).
@@ -73,6 +63,7 @@ class Georeferencing {
   Georeferencing(const GeoreferencingInput& input, const GeoreferencingOptions& options)
       : input_(input), options_(options) {
     result_.excluded.assign(input.control.size(), 0);
+    result_.control.resize(input.control.size());
   }
 
   GeoreferencingResult Run() {
@@ -88,11 +79,8 @@ class Georeferencing {
     }
     if (result_.status != Status::kContradictory) result_.status = Status::kGeoreferenced;
     GrowCovariance();
-    FitFreely();
-    for (std::size_t k = 0; k < input_.control.size(); ++k) {
-      result_.free_residuals_m.push_back(MeanResidual(input_.control[k], result_.free_fit));
-      result_.adjustment.residuals[k].mean_m = MeanResidual(input_.control[k], result_.adjustment);
-    }
+    TestScale();
+    SetResiduals();
     for (const SurveyedPoint& point : input_.check) {
       result_.check.push_back(Check(point, result_.adjustment, options_.sighting_sigma_m));
     }
@@ -100,14 +88,14 @@ class Georeferencing {
   }
 
  private:
-  /// Adjusts with the points in use; the residuals of the others stay what they were.
+  /// Adjusts with the points in use; w of the others stays what it was.
   void Adjust() {
-    std::vector<PointResidual> kept = std::move(result_.adjustment.residuals);
-    kept.resize(input_.control.size());
     result_.adjustment = AdjustToControl(MakeInput(input_, options_, result_.excluded));
     if (result_.adjustment.status != ControlAdjustmentResult::Status::kAdjusted) return;
-    result_.adjustment.residuals =
-        Spread(result_.adjustment.residuals, result_.excluded, std::move(kept));
+    std::size_t next = 0;
+    for (std::size_t k = 0; k < result_.excluded.size(); ++k) {
+      if (result_.excluded[k] == 0) result_.control[k].w = result_.adjustment.residuals[next++].w;
+    }
   }
 
   /// The point in use with the largest |w|, if that is beyond the limit; otherwise -1.
@@ -115,7 +103,7 @@ class Georeferencing {
     int worst = -1;
     double largest = options_.blunder_limit;
     for (std::size_t k = 0; k < result_.excluded.size(); ++k) {
-      const double w = result_.adjustment.residuals[k].w.cwiseAbs().maxCoeff();
+      const double w = result_.control[k].w.cwiseAbs().maxCoeff();
       if (result_.excluded[k] != 0 || w <= largest) continue;
       largest = w;
       worst = static_cast<int>(k);
@@ -148,14 +136,24 @@ class Georeferencing {
     adjustment.covariance *= result_.variance_factor;
   }
 
-  void FitFreely() {
+  void TestScale() {
     ControlAdjustmentInput used = MakeInput(input_, options_, result_.excluded);
-    result_.free_fit = FitToControl(used);
     used.estimate_scale = true;
     const ControlAdjustmentResult scaled = AdjustToControl(used);
     if (scaled.status != ControlAdjustmentResult::Status::kAdjusted) return;
     result_.scale_minus_one = scaled.scale - 1.0;
     result_.scale_sigma = scaled.scale_sigma * std::sqrt(result_.variance_factor);
+  }
+
+  void SetResiduals() {
+    const ControlAdjustmentResult free =
+        FitToControl(MakeInput(input_, options_, result_.excluded));
+    for (std::size_t k = 0; k < input_.control.size(); ++k) {
+      const SurveyedPoint& point = input_.control[k];
+      result_.control[k].free_m = MeanResidual(point, free);
+      result_.control[k].adjusted_m = MeanResidual(point, result_.adjustment);
+      result_.control[k].sightings = static_cast<int>(point.sightings.size());
+    }
   }
 
   const GeoreferencingInput& input_;

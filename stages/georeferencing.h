@@ -24,10 +24,19 @@ struct GeoreferencingInput {
   std::vector<TiltObservation> tilts;
 };
 
-/// A check point: what the stations see of it less its given coordinates, along its axes, metres.
+/// A control point: what the stations see of it less its given coordinates, along its axes, metres.
+struct ControlResidual {
+  Eigen::Vector3d free_m = Eigen::Vector3d::Zero();  ///< with the network moved as a whole
+  Eigen::Vector3d adjusted_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d w = Eigen::Vector3d::Zero();  ///< PointResidual; of an excluded point its last
+  int sightings = 0;
+};
+
+/// The same of a check point.
 struct CheckResidual {
   Eigen::Vector3d mean_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d sigma_m = Eigen::Vector3d::Zero();  ///< that the covariances predict of it
+  int sightings = 0;
 };
 
 struct GeoreferencingResult {
@@ -38,10 +47,9 @@ struct GeoreferencingResult {
     kDiverged,
   };
   Status status = Status::kTooFewPoints;
-  ControlAdjustmentResult free_fit;    ///< the free network moved as a whole, control in use only
-  ControlAdjustmentResult adjustment;  ///< residuals by control point; w of excluded ones is theirs
-  std::vector<Eigen::Vector3d> free_residuals_m;  ///< mean, along its axes, by control point
-  std::vector<char> excluded;                     ///< control points found to be blunders
+  ControlAdjustmentResult adjustment;    ///< with the control points in use
+  std::vector<ControlResidual> control;  ///< all of them
+  std::vector<char> excluded;            ///< control points found to be blunders
   double variance_factor = 1.0;  ///< applied to the covariance; above 1 only where significant
   double scale_minus_one = 0.0;  ///< of the network, as a test; applied only if asked for
   double scale_sigma = 0.0;

@@ -35,7 +35,11 @@ class Thinning {
 };
 
 using PointAction = std::function<void(const PointChunk& chunk, std::size_t i,
-                                       const Eigen::Vector3d& survey_point, double range_m)>;
+                                       const Eigen::Vector3d& frame_point, double range_m)>;
+
+Eigen::Vector3d Placed(const MergeStation& station, const Eigen::Vector3d& point) {
+  return station.frame_from_station * (station.scale * point);
+}
 
 /// Calls `action` for each usable point of the station, and `flush` after each chunk.
 void ForEachPoint(const MergeStation& station, const ExecutionContext& context,
@@ -52,7 +56,7 @@ void ForEachPoint(const MergeStation& station, const ExecutionContext& context,
           (point.array() > station.max.array()).any()) {
         continue;  // dropped by the ingest as too far from the rest
       }
-      action(chunk, i, station.survey_from_station * point, range);
+      action(chunk, i, Placed(station, point), range);
     }
     flush();
   }
@@ -71,24 +75,30 @@ void Append(const PointChunk& from, std::size_t i, const Eigen::Vector3d& point,
 
 }  // namespace
 
-CloudBounds MergedBounds(const std::vector<MergeStation>& stations) {
+CloudBounds MergedBounds(const std::vector<MergeStation>& stations, const OutputMap& map) {
   CloudBounds bounds{Eigen::Vector3d::Constant(HUGE_VAL), Eigen::Vector3d::Constant(-HUGE_VAL)};
   for (const MergeStation& station : stations) {
     for (int corner = 0; corner < 8; ++corner) {
       const Eigen::Vector3d p((corner & 1) != 0 ? station.max.x() : station.min.x(),
                               (corner & 2) != 0 ? station.max.y() : station.min.y(),
                               (corner & 4) != 0 ? station.max.z() : station.min.z());
-      bounds.min = bounds.min.cwiseMin(station.survey_from_station * p);
-      bounds.max = bounds.max.cwiseMax(station.survey_from_station * p);
+      const Eigen::Vector3d placed = Placed(station, p);
+      const Eigen::Vector3d output = map ? map(placed) : placed;
+      bounds.min = bounds.min.cwiseMin(output);
+      bounds.max = bounds.max.cwiseMax(output);
     }
+  }
+  if (map) {
+    bounds.min.array() -= 1.0;
+    bounds.max.array() += 1.0;
   }
   return bounds;
 }
 
-std::uint64_t MergeClouds(const std::vector<MergeStation>& stations, double thin_m,
-                          CloudWriter& writer, const ExecutionContext& context) {
+std::uint64_t MergeClouds(const std::vector<MergeStation>& stations, const OutputMap& map,
+                          double thin_m, CloudWriter& writer, const ExecutionContext& context) {
   const bool thin = thin_m > 0.0;
-  const CloudBounds bounds = MergedBounds(stations);
+  const CloudBounds bounds = MergedBounds(stations, {});
   if (thin && (bounds.max - bounds.min).maxCoeff() > thin_m * VoxelLattice::kHalfRange) {
     throw InputError({"outputs.merged",
                       fmt::format("thin_m: {} for a cloud of {:.0f} m", thin_m,
@@ -115,7 +125,8 @@ std::uint64_t MergeClouds(const std::vector<MergeStation>& stations, double thin
     ForEachPoint(
         station, context,
         [&](const PointChunk& chunk, std::size_t i, const Eigen::Vector3d& point, double range) {
-          if (!thin || thinning.Take(point, range)) Append(chunk, i, point, station, &out);
+          if (thin && !thinning.Take(point, range)) return;
+          Append(chunk, i, map ? map(point) : point, station, &out);
         },
         [&] {
           written += out.size();

@@ -14,8 +14,9 @@ namespace backsight {
 
 /// A placed station and how to read its scan again.
 struct MergeStation {
-  int number = 1;  ///< Point Source ID, 1..65535
-  RigidTransform survey_from_station;
+  int number = 1;                     ///< Point Source ID, 1..65535
+  RigidTransform frame_from_station;  ///< into the Cartesian frame that all stations share
+  double scale = 1.0;                 ///< of the station's coordinates, before that
   Eigen::Vector3d range_origin =
       Eigen::Vector3d::Zero();                    ///< ranges count from here, station frame
   Eigen::Vector3d min = Eigen::Vector3d::Zero();  ///< bounds of the points used, station frame
@@ -27,18 +28,22 @@ struct MergeStation {
   std::function<std::unique_ptr<ScanReader>()> open;
 };
 
-/// Bounds of all stations' points in the survey frame, from the corners of their boxes.
+/// From the shared frame to the coordinates of the output; empty: they are the same.
+using OutputMap = std::function<Eigen::Vector3d(const Eigen::Vector3d&)>;
+
+/// Bounds of all stations' points in output coordinates, from the corners of their boxes and a
+/// metre more where `map` bends them.
 struct CloudBounds {
   Eigen::Vector3d min;
   Eigen::Vector3d max;
 };
-CloudBounds MergedBounds(const std::vector<MergeStation>& stations);
+CloudBounds MergedBounds(const std::vector<MergeStation>& stations, const OutputMap& map);
 
-/// Reads every station's scan once more and hands its points, in the survey frame, to `writer`;
-/// with `thin_m` > 0 twice: one point per cell of that edge is kept, the one nearest to its
-/// scanner. Streams; memory is 24 bytes per occupied cell when thinning, otherwise constant.
-/// Returns the number of points written; the caller finishes the writer.
-std::uint64_t MergeClouds(const std::vector<MergeStation>& stations, double thin_m,
-                          CloudWriter& writer, const ExecutionContext& context);
+/// Reads every station's scan once more and hands its points, in output coordinates, to `writer`;
+/// with `thin_m` > 0 twice: one point per cell of that edge of the shared frame is kept, the one
+/// nearest to its scanner. Streams; memory is 24 bytes per occupied cell when thinning, otherwise
+/// constant. Returns the number of points written; the caller finishes the writer.
+std::uint64_t MergeClouds(const std::vector<MergeStation>& stations, const OutputMap& map,
+                          double thin_m, CloudWriter& writer, const ExecutionContext& context);
 
 }  // namespace backsight

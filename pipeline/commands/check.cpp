@@ -3,6 +3,7 @@
 #include "core/error.h"
 #include "io/scan_reader.h"
 #include "pipeline/commands/commands.h"
+#include "pipeline/georeference_network.h"
 #include "pipeline/survey_pipeline.h"
 
 namespace backsight {
@@ -11,6 +12,7 @@ int CheckCommand(const std::string& project_path) {
   SurveyOptions options;
   const SurveyProject project = ReadSurveyProject(project_path, OptionSections(options));
   if (!project.unsupported.empty()) RefuseUnsupported(project);
+  const auto frame = MakeControlFrame(project);
 
   int faults = 0;
   std::vector<Station> stations;
@@ -30,6 +32,10 @@ int CheckCommand(const std::string& project_path) {
     }
   }
   const auto usable = static_cast<int>(stations.size()) - faults;
+  if (!project.control.empty()) {
+    fmt::print("  {} survey points in {}\n", project.control.size(),
+               frame ? frame->name() + ", " + frame->heights() : "a local grid");
+  }
   fmt::print("plan: {} pairs{} at {:g} m resolution", PlanPairs(stations, project.pairs).size(),
              IsExhaustive(usable, options.pair_selection) ? "" : ", the promising ones of them,",
              options.ingest.resolution_m);

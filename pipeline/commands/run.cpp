@@ -11,6 +11,7 @@
 #include "io/atomic_file.h"
 #include "io/run_json.h"
 #include "pipeline/commands/commands.h"
+#include "pipeline/georeference_network.h"
 #include "pipeline/run_outputs.h"
 #include "pipeline/stop_signal.h"
 #include "pipeline/survey_pipeline.h"
@@ -71,6 +72,7 @@ int RunCommand(const RunArguments& arguments) {
   SurveyOptions options;
   const SurveyProject project = ReadSurveyProject(arguments.project, OptionSections(options));
   if (!project.unsupported.empty()) RefuseUnsupported(project);
+  MakeControlFrame(project);  // refuses what no network could mend
 
   const std::string out = !arguments.out.empty()
                               ? arguments.out

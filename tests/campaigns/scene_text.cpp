@@ -64,6 +64,13 @@ std::string LineOf(const StationSite& s) {
                      Pair(s.position_m), s.height_m, s.heading_deg);
 }
 
+std::string LineOf(const ControlSite& c) {
+  return fmt::format(
+      "id: {}, position_m: [{}, {}, {}], sigma_m: {}, measured_sigma_m: {}, role: {}", c.id,
+      c.position_m.x(), c.position_m.y(), c.position_m.z(), c.sigma_m, c.measured_sigma_m,
+      c.check ? "check" : "control");
+}
+
 template <typename T>
 std::string List(const std::string& key, const std::vector<T>& items, const char* indent = "") {
   if (items.empty()) return {};
@@ -101,7 +108,13 @@ std::string SceneText(const Scene& scene) {
     text += fmt::format("moving: {{people: {}, area_m: [{}, {}, {}, {}]}}\n", people.count,
                         people.min_m.x(), people.min_m.y(), people.max_m.x(), people.max_m.y());
   }
-  return text + TextOf(scene.scanner) + List("stations", scene.stations);
+  if (scene.crs) {
+    text += fmt::format("crs: {{horizontal: {}, origin: [{}, {}, {}], heading_deg: {}}}\n",
+                        scene.crs->horizontal, scene.crs->origin.x(), scene.crs->origin.y(),
+                        scene.crs->origin.z(), scene.crs->heading_deg);
+  }
+  return text + TextOf(scene.scanner) + List("stations", scene.stations) +
+         List("control", scene.control);
 }
 
 }  // namespace backsight

@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "core/error.h"
+#include "io/geodetic_frame.h"
 #include "io/las_check.h"
 #include "io/scan_reader.h"
 #include "io/scene_file.h"
@@ -98,22 +99,30 @@ TEST_F(SimulateCampaignTest, TruthIsWrittenToTwelveDigits) {
   EXPECT_THAT(Slurp(root_ / "out/control.csv"), HasSubstr("P1,control,S1,"));
 }
 
-TEST_F(SimulateCampaignTest, UncommentedTargetsAreValid) {
+TEST_F(SimulateCampaignTest, TargetsAreControlOfTheProject) {
   SimulateCampaign(WriteScene(kScene), (root_ / "out").string(), ExecutionContext(1));
-  std::string text = Slurp(root_ / "out/tiny.yaml");
-  const std::size_t start = text.find("#control:");
-  ASSERT_NE(start, std::string::npos);
-  std::string uncommented;
-  std::istringstream lines(text.substr(start));
-  for (std::string line; std::getline(lines, line);) {
-    uncommented += (line.starts_with("# C") ? line : line.substr(1)) + "\n";
-  }
-  std::ofstream(root_ / "out/tiny.yaml") << text.substr(0, start) << uncommented;
   const SurveyProject project = ReadSurveyProject((root_ / "out/tiny.yaml").string(), {});
+  EXPECT_FALSE(project.crs);
   ASSERT_EQ(project.control.size(), 2U);
   EXPECT_EQ(project.control[0].role, ControlPoint::Role::kControl);
   EXPECT_EQ(project.control[1].role, ControlPoint::Role::kCheck);
   EXPECT_EQ(project.control[0].measured.size(), 2U);
+  EXPECT_LT((project.control[0].crs_m.head<2>() - Eigen::Vector2d(0.0, 1.0)).norm(), 0.02);
+}
+
+TEST_F(SimulateCampaignTest, TargetsAreInTheScenesCrs) {
+  const std::string scene =
+      std::string(kScene) +
+      "crs: {horizontal: EPSG:25832, origin: [690000, 5336000, 520], heading_deg: 90}\n";
+  SimulateCampaign(WriteScene(scene), (root_ / "out").string(), ExecutionContext(1));
+  const SurveyProject project = ReadSurveyProject((root_ / "out/tiny.yaml").string(), {});
+  ASSERT_TRUE(project.crs);
+  EXPECT_EQ(project.crs->horizontal, "EPSG:25832");
+  GeodeticFrame frame("EPSG:25832", "", "");
+  frame.SetOrigin({690000.0, 5336000.0, 520.0});
+  // The world's y axis looks west.
+  const Eigen::Vector3d enu = frame.EnuFromCrs(project.control[0].crs_m);
+  EXPECT_LT((enu.head<2>() - Eigen::Vector2d(-1.0, 0.0)).norm(), 0.02);
 }
 
 TEST_F(SimulateCampaignTest, SameBytesForAnyThreads) {

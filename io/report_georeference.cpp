@@ -1,0 +1,119 @@
+#include "io/report_georeference.h"
+
+#include <fmt/format.h>
+
+#include "io/html_table.h"
+#include "io/html_text.h"
+
+namespace backsight {
+namespace {
+
+std::string Mm(double metres, const std::string& field) {
+  return FixedText(1000.0 * metres, 1, field);
+}
+
+std::string Chain(const GeoreferenceRecord& g) {
+  const std::string field = fmt::format("georeference of component {}", g.component);
+  std::string text = "Coordinates: <b>" + HtmlText(g.crs) + "</b>";
+  if (!g.heights.empty()) text += ", " + HtmlText(g.heights);
+  text += ". ";
+  if (g.origin_deg_deg_m) {
+    text += fmt::format(
+        "Adjusted in a local frame (east, north, up) at latitude {}&deg;, longitude {}&deg;, "
+        "ellipsoidal height {} m; grid convergence there {}&deg;, point scale {}. Points are "
+        "converted one by one. ",
+        FixedText(g.origin_deg_deg_m->x(), 7, field), FixedText(g.origin_deg_deg_m->y(), 7, field),
+        FixedText(g.origin_deg_deg_m->z(), 3, field), FixedText(g.convergence_deg, 5, field),
+        FixedText(g.point_scale, 7, field));
+  }
+  text += fmt::format(
+      "Redundancy {}, variance factor {}. Scale against control: {} &plusmn; {} ppm, applied: {} "
+      "ppm.",
+      g.redundancy, FixedText(g.variance_factor, 2, field), FixedText(g.scale_test_ppm, 1, field),
+      FixedText(g.scale_sigma_ppm, 1, field), FixedText(1e6 * (g.scale - 1.0), 1, field));
+  return HtmlSentence(text);
+}
+
+std::string ControlTable(const GeoreferenceRecord& g) {
+  HtmlTable table({{"control point"},
+                   {"seen by", true},
+                   {"free E [mm]", true},
+                   {"free N [mm]", true},
+                   {"free H [mm]", true},
+                   {"E [mm]", true},
+                   {"N [mm]", true},
+                   {"H [mm]", true},
+                   {"largest |w|", true},
+                   {"use"}});
+  for (const SurveyPointRecord& p : g.points) {
+    if (p.check) continue;
+    const std::string field = "control point " + p.id;
+    std::vector<std::string> cells = {HtmlText(p.id), std::to_string(p.sightings)};
+    for (int axis = 0; axis < 3; ++axis) {
+      cells.push_back(p.free_residual_m ? Mm((*p.free_residual_m)[axis], field) : "");
+    }
+    for (int axis = 0; axis < 3; ++axis) cells.push_back(Mm(p.residual_m[axis], field));
+    cells.push_back(p.w ? FixedText(p.w->cwiseAbs().maxCoeff(), 2, field) : "");
+    cells.push_back(HtmlMark(!p.excluded, p.excluded ? "blunder, excluded" : "used"));
+    table.Row(cells, p.excluded ? "off" : "");
+  }
+  return table.Finish() +
+         HtmlSentence(
+             "<span class=\"soft\">Network less given coordinates. Free: the network moved as a "
+             "whole. Then: network and control adjusted together. w: Baarda's standardised "
+             "residual.</span>");
+}
+
+std::string CheckTable(const GeoreferenceRecord& g) {
+  if (g.check.points == 0) {
+    return HtmlSentence("No check points: nothing independent tests the coordinates.");
+  }
+  HtmlTable table({{"check point"},
+                   {"seen by", true},
+                   {"E [mm]", true},
+                   {"N [mm]", true},
+                   {"H [mm]", true},
+                   {"predicted &sigma; E [mm]", true},
+                   {"N [mm]", true},
+                   {"H [mm]", true}});
+  for (const SurveyPointRecord& p : g.points) {
+    if (!p.check) continue;
+    const std::string field = "check point " + p.id;
+    std::vector<std::string> cells = {HtmlText(p.id), std::to_string(p.sightings)};
+    for (int axis = 0; axis < 3; ++axis) cells.push_back(Mm(p.residual_m[axis], field));
+    for (int axis = 0; axis < 3; ++axis) {
+      cells.push_back(p.sigma_m ? Mm((*p.sigma_m)[axis], field) : "");
+    }
+    table.Row(cells);
+  }
+  const CheckRecord& c = g.check;
+  constexpr int kAsprsPoints = 30;
+  return table.Finish() +
+         HtmlSentence(fmt::format(
+             "RMSE E {} mm, N {} mm, H {} mm; horizontal {} mm, <b>3D {} mm</b> (predicted {} mm); "
+             "n = {}{}.",
+             Mm(c.rmse_m.x(), "rmse"), Mm(c.rmse_m.y(), "rmse"), Mm(c.rmse_m.z(), "rmse"),
+             Mm(c.rmse_horizontal_m, "rmse"), Mm(c.rmse_3d_m, "rmse"), Mm(c.predicted_3d_m, "rmse"),
+             c.points, c.points < kAsprsPoints ? ", not ASPRS-conformant (n &lt; 30)" : ""));
+}
+
+}  // namespace
+
+std::string GeoreferenceSection(const RunRecord& run) {
+  if (run.georeference.empty()) return {};
+  std::string html = "<h2>Control and check points</h2>\n";
+  for (const GeoreferenceRecord& g : run.georeference) {
+    if (run.georeference.size() > 1) {
+      html += fmt::format("<h3>Component {}</h3>\n", g.component);
+    }
+    if (g.status != "georeferenced" && g.status != "contradictory") {
+      html += HtmlSentence("Not tied to the ground: " + HtmlText(CodeWords(g.status)) +
+                           ". It stays in its own survey frame.");
+      continue;
+    }
+    html += Chain(g) + ControlTable(g) + CheckTable(g);
+  }
+  return html;
+}
+
+}  // namespace backsight

@@ -1,0 +1,147 @@
+#include "pipeline/ground_records.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace backsight {
+namespace {
+
+std::string NameOf(GeoreferencingResult::Status status) {
+  switch (status) {
+    case GeoreferencingResult::Status::kGeoreferenced:
+      return "georeferenced";
+    case GeoreferencingResult::Status::kTooFewPoints:
+      return "too_few_points";
+    case GeoreferencingResult::Status::kContradictory:
+      return "contradictory";
+    case GeoreferencingResult::Status::kDiverged:
+      return "diverged";
+  }
+  return {};
+}
+
+SurveyPointRecord ControlRecord(const SurveyProject& project, const GeoreferencedPart& part,
+                                std::size_t place) {
+  const GeoreferencingResult& result = part.result;
+  SurveyPointRecord record;
+  record.id = project.control[static_cast<std::size_t>(part.control[place])].id;
+  record.excluded = result.excluded[place] != 0;
+  record.sightings = result.control[place].sightings;
+  record.residual_m = result.control[place].adjusted_m;
+  record.free_residual_m = result.control[place].free_m;
+  record.w = result.control[place].w;
+  return record;
+}
+
+SurveyPointRecord CheckPointRecord(const SurveyProject& project, const GeoreferencedPart& part,
+                                   std::size_t place) {
+  SurveyPointRecord record;
+  record.id = project.control[static_cast<std::size_t>(part.check[place])].id;
+  record.check = true;
+  record.sightings = part.result.check[place].sightings;
+  record.residual_m = part.result.check[place].mean_m;
+  record.sigma_m = part.result.check[place].sigma_m;
+  return record;
+}
+
+CheckRecord Summarize(const std::vector<CheckResidual>& residuals) {
+  CheckRecord check;
+  if (residuals.empty()) return check;
+  Eigen::Vector3d squares = Eigen::Vector3d::Zero();
+  double predicted = 0.0;
+  for (const CheckResidual& residual : residuals) {
+    squares += residual.mean_m.cwiseAbs2();
+    predicted += residual.sigma_m.squaredNorm();
+  }
+  const auto n = static_cast<double>(residuals.size());
+  check.points = static_cast<int>(residuals.size());
+  check.rmse_m = (squares / n).cwiseSqrt();
+  check.rmse_horizontal_m = check.rmse_m.head<2>().norm();
+  check.rmse_3d_m = check.rmse_m.norm();
+  check.predicted_3d_m = std::sqrt(predicted / n);
+  return check;
+}
+
+}  // namespace
+
+std::vector<GeoreferenceRecord> MakeGeoreferenceRecords(const SurveyProject& project,
+                                                        const GeoreferencedNetwork& ground) {
+  std::vector<GeoreferenceRecord> records;
+  for (const GeoreferencedPart& part : ground.parts) {
+    GeoreferenceRecord record;
+    record.component = static_cast<int>(records.size());
+    record.status = NameOf(part.result.status);
+    record.crs = ground.frame ? ground.frame->name() : "local grid of the control";
+    if (ground.frame) {
+      record.heights = ground.frame->heights();
+      record.origin_deg_deg_m = ground.frame->origin();
+      record.convergence_deg = ground.frame->convergence_deg();
+      record.point_scale = ground.frame->point_scale();
+    }
+    if (part.placed()) {
+      const ControlAdjustmentResult& adjustment = part.result.adjustment;
+      record.enu_from_survey = adjustment.enu_from_survey;
+      record.scale = adjustment.scale;
+      record.scale_test_ppm = 1e6 * part.result.scale_minus_one;
+      record.scale_sigma_ppm = 1e6 * part.result.scale_sigma;
+      record.redundancy = adjustment.redundancy;
+      record.variance_factor = part.result.variance_factor;
+      for (std::size_t k = 0; k < part.control.size(); ++k) {
+        record.points.push_back(ControlRecord(project, part, k));
+      }
+      for (std::size_t k = 0; k < part.check.size(); ++k) {
+        record.points.push_back(CheckPointRecord(project, part, k));
+      }
+      record.check = Summarize(part.result.check);
+    }
+    records.push_back(std::move(record));
+  }
+  return records;
+}
+
+std::optional<GroundPose> MakeGroundPose(const GeoreferencedNetwork& ground, std::size_t station) {
+  if (station >= ground.enu_from_station.size() || !ground.enu_from_station[station]) return {};
+  GroundPose pose;
+  pose.enu_from_station = *ground.enu_from_station[station];
+  pose.covariance = ground.covariance[station];
+  pose.position = ground.OutputFromEnu(pose.enu_from_station.translation);
+  return pose;
+}
+
+std::vector<std::string> GroundWarnings(const std::vector<GeoreferenceRecord>& records) {
+  std::vector<std::string> warnings;
+  for (const GeoreferenceRecord& record : records) {
+    const std::string component = fmt::format("component {}", record.component + 1);
+    if (record.status == "too_few_points") {
+      warnings.push_back(component + " has too few control points and stays in its survey frame");
+    } else if (record.status == "diverged") {
+      warnings.push_back(component + ": the adjustment to control failed");
+    } else if (record.status == "contradictory") {
+      warnings.push_back(fmt::format(
+          "{}: the control points contradict each other or the network (variance factor {:.1f}), "
+          "and it cannot be told which are wrong; all are used",
+          component, record.variance_factor));
+    }
+    for (const SurveyPointRecord& point : record.points) {
+      if (!point.excluded) continue;
+      warnings.push_back(fmt::format(
+          "control point {} is off by ({:.1f}, {:.1f}, {:.1f}) mm, a blunder (w = {:.1f}); it was "
+          "excluded",
+          point.id, 1000.0 * point.residual_m.x(), 1000.0 * point.residual_m.y(),
+          1000.0 * point.residual_m.z(), point.w->cwiseAbs().maxCoeff()));
+    }
+    constexpr double kNoticeable = 50.0;  // ppm
+    if (std::abs(record.scale_test_ppm) >
+        std::max(kNoticeable, 3.0 * record.scale_sigma_ppm)) {
+      warnings.push_back(fmt::format(
+          "control says that the network's scale is off by {:.0f} ppm (sigma {:.0f}): check units, "
+          "zone, and whether grid distances were taken for ground distances",
+          record.scale_test_ppm, record.scale_sigma_ppm));
+    }
+  }
+  return warnings;
+}
+
+}  // namespace backsight

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "io/run_records.h"
+#include "pipeline/georeference_network.h"
+
+namespace backsight {
+
+/// How every component was tied to its control, with the residuals of all its survey points.
+std::vector<GeoreferenceRecord> MakeGeoreferenceRecords(const SurveyProject& project,
+                                                        const GeoreferencedNetwork& ground);
+
+/// A station in the frame of the control, where it has a place there.
+std::optional<GroundPose> MakeGroundPose(const GeoreferencedNetwork& ground, std::size_t station);
+
+/// What a surveyor must be told of control: blunders, contradictions, scale, components without.
+std::vector<std::string> GroundWarnings(const std::vector<GeoreferenceRecord>& records);
+
+}  // namespace backsight
