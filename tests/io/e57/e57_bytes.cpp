@@ -1,10 +1,19 @@
 #include "tests/io/e57/e57_bytes.h"
 
+#include <array>
+
+#include "core/random.h"
 #include "io/e57/page_layout.h"
-#include "tests/io/scan_files.h"
+#include "io/endian_bytes.h"
 
 namespace backsight {
 namespace {
+
+template <Arithmetic T>
+void Append(std::string& bytes, T value, std::endian order = std::endian::little) {
+  bytes.resize(bytes.size() + sizeof(T));
+  StoreBytes(bytes.data() + bytes.size() - sizeof(T), value, order);
+}
 
 std::string Section(std::uint64_t start, const std::vector<std::string>& packets) {
   std::string body;
@@ -32,11 +41,19 @@ std::string Finish(std::string payload, const std::string& xml) {
 
 }  // namespace
 
-std::uint32_t SlowCrc32c(std::string_view bytes) {
+std::uint32_t TableCrc32c(std::string_view bytes) {
+  static const std::array<std::uint32_t, 256> table = [] {
+    std::array<std::uint32_t, 256> remainders{};
+    for (std::uint32_t i = 0; i < 256; ++i) {
+      std::uint32_t crc = i;
+      for (int bit = 0; bit < 8; ++bit) crc = (crc >> 1U) ^ ((crc & 1U) != 0 ? 0x82F63B78U : 0U);
+      remainders[i] = crc;
+    }
+    return remainders;
+  }();
   std::uint32_t crc = ~0U;
   for (const char c : bytes) {
-    crc ^= static_cast<unsigned char>(c);
-    for (int bit = 0; bit < 8; ++bit) crc = (crc >> 1U) ^ ((crc & 1U) != 0 ? 0x82F63B78U : 0U);
+    crc = (crc >> 8U) ^ table[(crc ^ static_cast<unsigned char>(c)) & 0xFFU];
   }
   return ~crc;
 }
@@ -46,7 +63,7 @@ std::string Paged(std::string_view payload) {
   for (std::size_t at = 0; at < payload.size(); at += kE57PayloadBytes) {
     std::string page(payload.substr(at, kE57PayloadBytes));
     page.resize(kE57PayloadBytes, '\0');
-    Append(page, SlowCrc32c(page), std::endian::big);
+    Append(page, TableCrc32c(page), std::endian::big);
     paged += page;
   }
   return paged;
@@ -115,6 +132,33 @@ std::string E57PayloadOf(const std::vector<std::string>& packets, std::string xm
     xml.replace(at, 1, offset);
   }
   return Finish(payload, xml);
+}
+
+std::string RichE57Payload() {
+  TestScan scan{
+      "<guid type='String'>{G}</guid><pose type='Structure'><rotation type='Structure'>"
+      "<w type='Float'>1</w></rotation></pose>",
+      "<cartesianX type='Float'/><cartesianY type='Float' precision='single'/>"
+      "<cartesianZ type='ScaledInteger' minimum='-100' maximum='400' scale='0.001'/>"
+      "<intensity type='Integer' minimum='0' maximum='255'/>"
+      "<cartesianInvalidState type='Integer' minimum='0' maximum='2'/>"
+      "<colorRed type='Integer' minimum='7' maximum='7'/>"
+      "<colorGreen type='Integer' minimum='0' maximum='255'/>"
+      "<colorBlue type='Integer' minimum='0' maximum='65535'/>",
+      168,
+      {}};
+  Random random(5);
+  const auto bits = [&random](unsigned width, std::uint64_t below) {
+    std::vector<std::uint64_t> values(56);
+    for (std::uint64_t& value : values) value = random.Index(below);
+    return PackBits(values, width);
+  };
+  for (int packet = 0; packet < 3; ++packet) {
+    scan.packets.push_back(DataPacket(
+        {PackNumbers(std::vector<double>(56, 1.25)), PackNumbers(std::vector<float>(56, 2.5F)),
+         bits(9, 500), bits(8, 256), bits(2, 3), "", bits(8, 256), bits(16, 65536)}));
+  }
+  return E57Payload({scan, scan});
 }
 
 }  // namespace backsight

@@ -8,8 +8,8 @@
 
 namespace backsight {
 
-/// CRC-32C bit by bit, independent of the one under test.
-std::uint32_t SlowCrc32c(std::string_view bytes);
+/// CRC-32C by a table of its own, independent of the one under test.
+std::uint32_t TableCrc32c(std::string_view bytes);
 
 /// Cuts a payload into pages with checksums; the last page is filled up with zeros.
 std::string Paged(std::string_view payload);
@@ -43,6 +43,9 @@ struct TestScan {
 
 /// The payload of an E57 file with these scans, assembled by the book and without the writer.
 std::string E57Payload(const std::vector<TestScan>& scans);
+
+/// Two scans of three packets each, with fields of every type.
+std::string RichE57Payload();
 
 /// The payload of a file that is one section of `packets` and the given XML; "@" stands for the
 /// section's offset.

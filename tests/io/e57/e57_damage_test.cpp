@@ -12,34 +12,6 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-/// Two scans of three packets each, with fields of every type.
-std::string RichPayload() {
-  TestScan scan{
-      "<guid type='String'>{G}</guid><pose type='Structure'><rotation type='Structure'>"
-      "<w type='Float'>1</w></rotation></pose>",
-      "<cartesianX type='Float'/><cartesianY type='Float' precision='single'/>"
-      "<cartesianZ type='ScaledInteger' minimum='-100' maximum='400' scale='0.001'/>"
-      "<intensity type='Integer' minimum='0' maximum='255'/>"
-      "<cartesianInvalidState type='Integer' minimum='0' maximum='2'/>"
-      "<colorRed type='Integer' minimum='7' maximum='7'/>"
-      "<colorGreen type='Integer' minimum='0' maximum='255'/>"
-      "<colorBlue type='Integer' minimum='0' maximum='65535'/>",
-      168,
-      {}};
-  Random random(5);
-  const auto bits = [&random](unsigned width, std::uint64_t below) {
-    std::vector<std::uint64_t> values(56);
-    for (std::uint64_t& value : values) value = random.Index(below);
-    return PackBits(values, width);
-  };
-  for (int packet = 0; packet < 3; ++packet) {
-    scan.packets.push_back(DataPacket(
-        {PackNumbers(std::vector<double>(56, 1.25)), PackNumbers(std::vector<float>(56, 2.5F)),
-         bits(9, 500), bits(8, 256), bits(2, 3), "", bits(8, 256), bits(16, 65536)}));
-  }
-  return E57Payload({scan, scan});
-}
-
 /// Reads every scan of the file; true if all of them end well. Anything but an InputError that
 /// names the file fails the test.
 bool IsReadable(const TempDir& dir, const std::string& bytes) {
@@ -62,7 +34,7 @@ bool IsReadable(const TempDir& dir, const std::string& bytes) {
 
 TEST(E57Damage, ACutFileIsRefusedWhereverItIsCut) {
   const TempDir dir;
-  const std::string whole = Paged(RichPayload());
+  const std::string whole = Paged(RichE57Payload());
   ASSERT_TRUE(IsReadable(dir, whole));
   for (std::size_t n = 1; n < whole.size(); n += 1 + whole.size() / 300) {
     EXPECT_FALSE(IsReadable(dir, whole.substr(0, n))) << n;
@@ -73,7 +45,7 @@ TEST(E57Damage, ACutFileIsRefusedWhereverItIsCut) {
 
 TEST(E57Damage, AnyFlippedBitIsFoundByThePageChecksum) {
   const TempDir dir;
-  const std::string whole = Paged(RichPayload());
+  const std::string whole = Paged(RichE57Payload());
   for (std::size_t at = 0; at < whole.size(); at += 1 + whole.size() / 200) {
     std::string damaged = whole;
     damaged[at] = static_cast<char>(damaged[at] ^ 0x10);
@@ -87,7 +59,7 @@ TEST(E57Damage, AnyFlippedBitIsFoundByThePageChecksum) {
 
 TEST(E57Damage, WhateverThePagesHoldIsReadOrRefused) {
   const TempDir dir;
-  const std::string payload = RichPayload();
+  const std::string payload = RichE57Payload();
   int refused = 0;
   for (std::uint64_t seed = 0; seed < 1500; ++seed) {
     Random random(seed);
@@ -177,7 +149,7 @@ TEST(E57Damage, DeepAndWideXmlIsRefusedWithoutRecursion) {
 TEST(E57Damage, HostileFileHeadersAreRefused) {
   const TempDir dir;
   const auto error = [&](std::size_t at, std::uint64_t value) {
-    std::string payload = RichPayload();
+    std::string payload = RichE57Payload();
     StoreBytes(&payload[at], value);
     return ReadError(dir.File("a.e57", Paged(payload)));
   };
@@ -194,7 +166,7 @@ TEST(E57Damage, HostileFileHeadersAreRefused) {
 
 TEST(E57Damage, BytesBehindTheEndAreNoted) {
   const TempDir dir;
-  const auto scan = ReadWhole(dir.File("a.e57", Paged(RichPayload()) + "tail"));
+  const auto scan = ReadWhole(dir.File("a.e57", Paged(RichE57Payload()) + "tail"));
   EXPECT_EQ(scan.tally.records, 168U);
   EXPECT_THAT(scan.info.notes.at(0), HasSubstr("4 bytes behind the end"));
 }

@@ -133,7 +133,7 @@ TEST(Crc32c, IsThatOfRfc3720) {
   for (std::size_t n = 0; n < 300; n += 7) {
     std::string bytes(n, '\0');
     for (char& c : bytes) c = static_cast<char>(random.Index(256));
-    EXPECT_EQ(Crc32c(bytes), SlowCrc32c(bytes));
+    EXPECT_EQ(Crc32c(bytes), TableCrc32c(bytes));
   }
 }
 
