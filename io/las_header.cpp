@@ -140,6 +140,12 @@ class HeaderReader {
       header_.extended_count = Load<std::uint32_t>(LasAt::kExtendedCount);
       if (header_.extended_count > 0 && IsBehindPoints(header_.extended_offset)) {
         end = header_.extended_offset;
+      } else if (header_.extended_count > 0) {
+        notes_.push_back(
+            fmt::format("extended records said to begin at byte {}, which is not "
+                        "behind the points, are ignored",
+                        header_.extended_offset));
+        header_.extended_count = 0;
       }
     }
     const bool has_waveforms = header_.header_bytes >= LasAt::kExtendedOffset &&

@@ -81,9 +81,11 @@ class LasReader : public ScanReader {
     info_.has_rgb = sample.color > 0;
     const bool adjusted = (header_.global_encoding & LasEncoding::kAdjustedTime) != 0;
     info_.has_gps_time = layout_.gps_time != 0 && adjusted;
-    const auto note = [&](std::string_view what) {
-      info_.notes.push_back(
-          fmt::format("{}, by {} of {} points", what, sample.points, header_.points));
+    const auto note = [&](std::string what) {
+      if (sample.points < header_.points) {
+        what += fmt::format(", by a sample of {} points", sample.points);
+      }
+      info_.notes.push_back(std::move(what));
     };
     if (!info_.has_intensity && sample.points > 0) note("intensity is 0: taken as not recorded");
     if (layout_.rgb != 0 && !info_.has_rgb && sample.points > 0) {

@@ -317,6 +317,11 @@ TEST(LasReader, LeavesOutRecordsThatRunOutOfTheirPlace) {
   StoreBytes(bytes.data() + 235, extended - 20);
   EXPECT_THAT(ReadWhole(dir.File("a.las", bytes)).info.notes,
               Contains(HasSubstr("in the middle of the points")));
+  for (const std::uint64_t offset : {std::uint64_t{0}, std::uint64_t{good.size()}, UINT64_MAX}) {
+    StoreBytes(bytes.data() + 235, offset);
+    EXPECT_THAT(ReadWhole(dir.File("a.las", bytes)).info.notes,
+                Contains(HasSubstr("not behind the points")));
+  }
 }
 
 TEST(LasReader, NamesWhatIsWrong) {

@@ -59,6 +59,39 @@ TEST(PtsReader, ReadsSeveralScans) {
   EXPECT_THAT(ReadError(path, -1), HasSubstr("scan_index from 0 to 3"));
 }
 
+TEST(PtsReader, ReadsAnyNumberOfScansOfAnyWidth) {
+  const TempDir dir;
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    Random random(seed);
+    std::string text;
+    std::vector<PointChunk> scans(1 + random.Index(4));
+    for (PointChunk& scan : scans) {
+      const std::uint64_t n = 1 + random.Index(50);
+      const std::uint64_t width = 3 + random.Index(3) * 2;  // 3: bare, 5: (skipped), 7: colour
+      text += std::to_string(n) + "\n";
+      for (std::uint64_t i = 0; i < n; ++i) {
+        scan.x.push_back(static_cast<double>(random.Index(2000000)) / 1024.0 - 900.0);
+        text += std::to_string(scan.x.back()) + " -1.5 2";
+        if (width > 3) {
+          text += ' ';
+          text += std::to_string(static_cast<int>(random.Index(4096)) - 2048);
+        }
+        for (std::uint64_t k = 4; k < width; ++k) text += " 7";
+        text += "\n";
+      }
+    }
+    const std::string path = dir.File("a.pts", text);
+    for (std::size_t s = 0; s < scans.size(); ++s) {
+      const auto read = ReadWhole(path, static_cast<int>(s));
+      EXPECT_EQ(read.info.scan_count, static_cast<int>(scans.size()));
+      ASSERT_EQ(read.points.size(), scans[s].x.size());
+      for (std::size_t i = 0; i < scans[s].x.size(); ++i) {
+        ASSERT_NEAR(read.points.x[i], scans[s].x[i], 0.501e-6);  // std::to_string has 6 decimals
+      }
+    }
+  }
+}
+
 TEST(PtsReader, ReadsAcrossChunks) {
   const TempDir dir;
   std::string text = "140000\n";

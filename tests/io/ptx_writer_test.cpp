@@ -40,6 +40,47 @@ TEST(PtxWriter, IsReadBack) {
   EXPECT_EQ(dir.FileCount(), 1U);
 }
 
+TEST(PtxWriter, AnyScanIsReadBack) {
+  const TempDir dir;
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    Random random(seed);
+    PtxWriter::Scan scan;
+    scan.columns = 1 + static_cast<int>(random.Index(20));
+    scan.rows = 1 + static_cast<int>(random.Index(20));
+    scan.has_rgb = random.Index(2) == 0;
+    scan.world_from_scan = {random.Rotation(), {random.Uniform(-1e7, 1e7), 0.0, 1.0}};
+    PtxWriter writer(dir / "a.ptx");
+    writer.BeginScan(scan);
+    PointChunk truth;
+    for (int i = 0; i < scan.columns * scan.rows; ++i) {
+      if (random.Index(4) == 0) {
+        writer.AddNoReturn();
+        continue;
+      }
+      const Eigen::Vector3d point(random.Uniform(-300, 300), random.Uniform(-300, 300), 1.0);
+      const auto level = static_cast<std::uint8_t>(random.Index(256));
+      truth.x.push_back(point.x());
+      truth.y.push_back(point.y());
+      truth.intensity.push_back(static_cast<float>(random.Uniform()));
+      if (scan.has_rgb) truth.rgb.push_back({static_cast<std::uint16_t>(257 * level), 0, 0});
+      writer.AddPoint(point, static_cast<double>(truth.intensity.back()), {level, 0, 0});
+    }
+    writer.Finish();
+    const auto read = ReadWhole(dir / "a.ptx");
+    EXPECT_EQ(read.info.columns, scan.columns);
+    EXPECT_EQ(read.info.rows, scan.rows);
+    ASSERT_EQ(read.points.size(), truth.size());
+    EXPECT_EQ(read.tally.records, read.info.point_count);
+    if (truth.empty()) continue;
+    EXPECT_EQ(read.points.rgb, truth.rgb);
+    for (std::size_t i = 0; i < truth.size(); ++i) {
+      ASSERT_NEAR(read.points.x[i], truth.x[i], 0.501e-6);  // written to the micrometre
+      ASSERT_NEAR(read.points.y[i], truth.y[i], 0.501e-6);
+      ASSERT_NEAR(read.points.intensity[i], truth.intensity[i], 1e-4);
+    }
+  }
+}
+
 TEST(PtxWriter, WantsExactlyOneRecordPerCell) {
   const TempDir dir;
   {

@@ -16,6 +16,9 @@ TEST(DescribeScan, ListsWhatIsKnown) {
   info.name = "Hall\x1b";
   info.has_intensity = true;
   info.has_rgb = true;
+  info.has_classification = true;
+  info.has_gps_time = true;
+  info.crs = "PROJCS[\"here\",\n  UNIT[\"metre\",1]]";
   info.rows = 3;
   info.columns = 4;
   info.world_from_scan = RigidTransform{ExpSo3({0.0, 0.0, 0.5235987755982988}), {1.0, 2.0, 3.5}};
@@ -27,10 +30,11 @@ TEST(DescribeScan, ListsWhatIsKnown) {
             "name        'Hall\\x1b'\n"
             "guid        '{G}'\n"
             "points      12 (declared)\n"
-            "attributes  x y z, intensity, colour\n"
+            "attributes  x y z, intensity, colour, classification, GPS time\n"
             "grid        3 rows, 4 columns\n"
             "position_m  1.0000 2.0000 3.5000 (stated by the file, not applied)\n"
             "turned_deg  30.0000\n"
+            "crs         PROJCS[\"here\", UNIT[\"metre\",1]]\n"
             "note        a note\n");
 }
 

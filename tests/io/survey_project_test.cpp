@@ -76,9 +76,7 @@ control:
 pairs: {include: [[S1, S2]], exclude: [[S3, S4]]}
 registration: {resolution_m: 0.2}
 outputs:
-  merged:
-    - {format: las, path: out/merged.las, thin_m: 0.005, max_points: 500000000}
-    - {format: pcd, path: out/merged.pcd}
+  merged: [{format: las, path: out/merged.las, thin_m: 0.005, max_points: 500000000}]
   stations: {format: e57, path: out/registered/}
 gates: {max_station_sigma_mm: 5, max_check_rmse_mm: 10, require_all_stations: true}
 resources: {threads: 2, memory_gb: 4}
@@ -109,13 +107,22 @@ TEST_F(SurveyProjectTest, ReadsAWholeProject) {
   EXPECT_EQ(project.outputs.merged->at(0).path, (folder_ / "out/merged.las").string());
   EXPECT_EQ(project.outputs.merged->at(0).thin_m, 0.005);
   EXPECT_EQ(project.outputs.merged->at(0).max_points, 500'000'000);
-  EXPECT_EQ(project.outputs.merged->at(1).format, CloudFormat::kPcd);
-  EXPECT_EQ(project.outputs.merged->at(1).max_points, 0);
   EXPECT_EQ(project.outputs.stations->format, CloudFormat::kE57);
   EXPECT_EQ(*project.gates.max_station_sigma_mm, 5.0);
   EXPECT_TRUE(project.gates.require_all_stations);
   EXPECT_EQ(project.resources.threads, 2);
   EXPECT_EQ(project.resources.memory_gb, 4.0);
+}
+
+TEST_F(SurveyProjectTest, ReadsTheOtherFormatsOfMergedClouds) {
+  const SurveyProject project = Read(
+      "schema_version: 1\nstations: [{id: S1, scan: scans/S1.ptx}, {id: S2, scan: "
+      "scans/S2.ptx}]\noutputs: {merged: [{format: pcd, path: a.pcd}, {format: ply, path: "
+      "a.ply}]}\n");
+  EXPECT_EQ(project.outputs.merged->at(0).format, CloudFormat::kPcd);
+  EXPECT_EQ(project.outputs.merged->at(1).format, CloudFormat::kPly);
+  EXPECT_EQ(project.outputs.merged->at(1).max_points, 0);
+  EXPECT_TRUE(project.unsupported.empty());
 }
 
 TEST_F(SurveyProjectTest, NamesWhatItCannotDoYet) {
