@@ -30,8 +30,7 @@ std::vector<TiltObservation> LevelledStations(const std::vector<StationSpec>& st
   std::vector<TiltObservation> tilts;
   for (std::size_t s = 0; s < stations.size(); ++s) {
     if (!stations[s].levelled) continue;
-    tilts.push_back(
-        {static_cast<int>(s), stations[s].level_sigma_deg * std::numbers::pi / 180.0});
+    tilts.push_back({static_cast<int>(s), stations[s].level_sigma_deg * std::numbers::pi / 180.0});
   }
   return tilts;
 }
@@ -62,8 +61,7 @@ Eigen::MatrixXd JointCovarianceOf(const NetworkPart& part, const std::vector<Sta
     // Without refinement only each station's own is known.
     for (std::size_t i = 1; i < part.stations.size(); ++i) {
       const auto row = static_cast<Eigen::Index>(6 * i);
-      joint.block<6, 6>(row, row) =
-          network.covariance[static_cast<std::size_t>(part.stations[i])];
+      joint.block<6, 6>(row, row) = network.covariance[static_cast<std::size_t>(part.stations[i])];
     }
     return joint;
   }

@@ -29,7 +29,7 @@ struct GeoreferencedNetwork {
   std::shared_ptr<const GeodeticFrame> frame;  ///< null: a local grid, or no control
   std::vector<GeoreferencedPart> parts;        ///< by component; empty without control
   std::vector<std::optional<RigidTransform>> enu_from_station;  ///< by station
-  std::vector<Matrix6d> covariance;  ///< of these, Retract's convention
+  std::vector<Matrix6d> covariance;                             ///< of these, Retract's convention
 
   /// Coordinates measured in stations of a component grow by this much.
   double ScaleOf(int component) const;

@@ -133,8 +133,7 @@ std::vector<std::string> GroundWarnings(const std::vector<GeoreferenceRecord>& r
           1000.0 * point.residual_m.z(), point.w->cwiseAbs().maxCoeff()));
     }
     constexpr double kNoticeable = 50.0;  // ppm
-    if (std::abs(record.scale_test_ppm) >
-        std::max(kNoticeable, 3.0 * record.scale_sigma_ppm)) {
+    if (std::abs(record.scale_test_ppm) > std::max(kNoticeable, 3.0 * record.scale_sigma_ppm)) {
       warnings.push_back(fmt::format(
           "control says that the network's scale is off by {:.0f} ppm (sigma {:.0f}): check units, "
           "zone, and whether grid distances were taken for ground distances",

@@ -3,140 +3,19 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
-#include <Eigen/LU>
-#include <numbers>
-#include <optional>
 
-#include "core/random.h"
+#include "tests/support/control_survey.h"
 
 namespace backsight {
 namespace {
 
 using Status = ControlAdjustmentResult::Status;
 
-constexpr std::size_t kStations = 5;
-constexpr double kSightingSigma = 0.001;
-
-Eigen::Vector3d Draw(Random& random, double sigma) {
-  const double x = sigma * random.Normal();
-  const double y = sigma * random.Normal();
-  return {x, y, sigma * random.Normal()};
-}
-
-Eigen::Vector3d Somewhere(Random& random, double reach, double height) {
-  const double x = random.Uniform(-reach, reach);
-  const double y = random.Uniform(-reach, reach);
-  return {x, y, random.Uniform(-height, height)};
-}
-
-/// A free network with correlated errors, and control with noise, all drawn from a seed.
-struct Survey {
-  explicit Survey(std::uint64_t seed, std::size_t point_count = 6, double noise = 1.0)
-      : random(seed) {
-    enu_from_survey = {ExpSo3(Somewhere(random, 3.0, 0.05)), Somewhere(random, 50.0, 2.0)};
-    for (std::size_t s = 0; s < kStations; ++s) {
-      RigidTransform pose;
-      if (s > 0) pose = {ExpSo3(Somewhere(random, 0.01, 3.0)), Somewhere(random, 40.0, 2.0)};
-      truth.push_back(pose);
-    }
-    DrawFreeNetwork(noise);
-    for (std::size_t k = 0; k < point_count; ++k) AddPoint(1 + k % 2, noise);
-  }
-
-  void DrawFreeNetwork(double noise) {
-    const Eigen::Index free = 6 * (kStations - 1);
-    Eigen::MatrixXd factor(free, free);
-    for (Eigen::Index i = 0; i < free; ++i) {
-      const double sigma = i % 6 < 3 ? 1e-4 : 3e-3;
-      for (Eigen::Index j = 0; j < free; ++j) {
-        factor(i, j) = sigma * random.Normal() / std::sqrt(static_cast<double>(free));
-      }
-    }
-    covariance = Eigen::MatrixXd::Zero(6 * kStations, 6 * kStations);
-    covariance.bottomRightCorner(free, free) = factor * factor.transpose();
-    Eigen::VectorXd unit(free);
-    for (double& value : unit) value = noise * random.Normal();
-    const Eigen::VectorXd errors = factor * unit;
-    survey_from_station.push_back(truth[0]);
-    for (std::size_t s = 1; s < kStations; ++s) {
-      const Vector6d xi = errors.segment<6>(static_cast<Eigen::Index>(6 * (s - 1)));
-      survey_from_station.push_back(Retract(truth[s], xi));
-    }
-  }
-
-  void AddPoint(std::size_t sightings, double noise) {
-    SurveyedPoint point;
-    const Eigen::Vector3d survey = Somewhere(random, 60.0, 6.0);
-    point.axes = ExpSo3({0.0, 0.0, 0.03});
-    point.sigma_m = {0.002, 0.003, 0.005};
-    const Eigen::Vector3d error = Draw(random, noise);
-    point.enu_m = enu_from_survey * survey + point.axes * point.sigma_m.cwiseProduct(error);
-    for (std::size_t i = 0; i < sightings; ++i) {
-      const std::size_t station = (points.size() + i) % kStations;
-      point.sightings.push_back(
-          {static_cast<int>(station),
-           truth[station].Inverse() * survey + Draw(random, noise * kSightingSigma)});
-    }
-    points.push_back(point);
-  }
-
-  ControlAdjustmentInput Input() const {
-    return {survey_from_station, covariance, points, kSightingSigma, tilts, false};
-  }
-
-  /// The true pose's difference from an estimate.
-  Eigen::VectorXd Errors(const std::vector<RigidTransform>& enu_from_station) const {
-    Eigen::VectorXd errors(6 * kStations);
-    for (std::size_t s = 0; s < kStations; ++s) {
-      errors.segment<6>(static_cast<Eigen::Index>(6 * s)) =
-          LocalDifference(enu_from_survey * truth[s], enu_from_station[s]);
-    }
-    return errors;
-  }
-
-  /// Weighted sum of squares, written down from its definition with every point as an unknown that
-  /// is eliminated by its own minimum.
-  double Chi2(const RigidTransform& motion, const std::vector<RigidTransform>& poses) const {
-    const Eigen::Index free = 6 * (kStations - 1);
-    Eigen::VectorXd xi(free);
-    for (std::size_t s = 1; s < kStations; ++s) {
-      xi.segment<6>(static_cast<Eigen::Index>(6 * (s - 1))) =
-          LocalDifference(poses[s], survey_from_station[s]);
-    }
-    double chi2 =
-        xi.dot(Eigen::MatrixXd(covariance.bottomRightCorner(free, free)).ldlt().solve(xi));
-    for (const SurveyedPoint& point : points) {
-      const Eigen::Matrix3d own = point.Covariance().inverse();
-      const double each = 1.0 / (kSightingSigma * kSightingSigma);
-      Eigen::Matrix3d weight = own;
-      Eigen::Vector3d sum = own * point.enu_m;
-      for (const Sighting& sighting : point.sightings) {
-        weight += each * Eigen::Matrix3d::Identity();
-        sum += each * (motion * (At(poses, sighting) * sighting.point_m));
-      }
-      const Eigen::Vector3d place = weight.inverse() * sum;
-      chi2 += (place - point.enu_m).dot(own * (place - point.enu_m));
-      for (const Sighting& sighting : point.sightings) {
-        chi2 += each * (motion * (At(poses, sighting) * sighting.point_m) - place).squaredNorm();
-      }
-    }
-    return chi2;
-  }
-  static const RigidTransform& At(const std::vector<RigidTransform>& poses, const Sighting& s) {
-    return poses[static_cast<std::size_t>(s.station)];
-  }
-
-  Random random;
-  RigidTransform enu_from_survey;
-  std::vector<RigidTransform> truth, survey_from_station;
-  Eigen::MatrixXd covariance;
-  std::vector<SurveyedPoint> points;
-  std::vector<TiltObservation> tilts;
-};
+constexpr std::size_t kStations = ControlSurvey::kStations;
 
 TEST(ControlAdjustment, IsExactWithoutNoise) {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
-    const Survey survey(seed, 5, 0.0);
+    const ControlSurvey survey(seed, 5, 0.0);
     for (const auto& adjust : {FitToControl, AdjustToControl}) {
       const ControlAdjustmentResult result = adjust(survey.Input());
       ASSERT_EQ(result.status, Status::kAdjusted);
@@ -147,7 +26,7 @@ TEST(ControlAdjustment, IsExactWithoutNoise) {
 }
 
 TEST(ControlAdjustment, EndsAtTheMinimum) {
-  const Survey survey(3);
+  const ControlSurvey survey(3);
   const ControlAdjustmentResult result = AdjustToControl(survey.Input());
   ASSERT_EQ(result.status, Status::kAdjusted);
   std::vector<RigidTransform> poses;
@@ -178,7 +57,7 @@ TEST(ControlAdjustment, CovarianceAndTestsComeTrue) {
   int redundancy = 0;
   int tests = 0;
   for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
-    const Survey survey(seed);
+    const ControlSurvey survey(seed);
     const ControlAdjustmentResult result = AdjustToControl(survey.Input());
     ASSERT_EQ(result.status, Status::kAdjusted);
     const Eigen::VectorXd errors = survey.Errors(result.enu_from_station);
@@ -198,7 +77,7 @@ TEST(ControlAdjustment, CovarianceAndTestsComeTrue) {
 
 TEST(ControlAdjustment, TestsNameTheMovedPoint) {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
-    Survey survey(seed, 8);
+    ControlSurvey survey(seed, 8);
     const std::size_t moved = seed % 8;
     survey.points[moved].enu_m += 0.05 * survey.points[moved].axes.col(1);
     const ControlAdjustmentResult result = AdjustToControl(survey.Input());
@@ -213,7 +92,7 @@ TEST(ControlAdjustment, TestsNameTheMovedPoint) {
 }
 
 TEST(ControlAdjustment, ScaleIsFoundWhereAskedFor) {
-  Survey survey(11, 8, 0.0);
+  ControlSurvey survey(11, 8, 0.0);
   constexpr double kScale = 1.0003;
   for (SurveyedPoint& point : survey.points) point.enu_m *= kScale;
   ControlAdjustmentInput input = survey.Input();
@@ -223,14 +102,14 @@ TEST(ControlAdjustment, ScaleIsFoundWhereAskedFor) {
   EXPECT_NEAR(result.scale, kScale, 1e-9);
   EXPECT_GT(result.scale_sigma, 1e-6);
   const Sighting& sighting = survey.points[0].sightings[0];
-  const RigidTransform& pose = Survey::At(result.enu_from_station, sighting);
+  const RigidTransform& pose = ControlSurvey::At(result.enu_from_station, sighting);
   const Eigen::Vector3d placed =
       result.scale * (pose.rotation * sighting.point_m) + pose.translation;
   EXPECT_LT((placed - survey.points[0].enu_m).norm(), 1e-7);
 }
 
 TEST(ControlAdjustment, LevelledStationsMakeTwoPointsEnough) {
-  Survey survey(5, 2, 0.0);
+  ControlSurvey survey(5, 2, 0.0);
   EXPECT_FALSE(IsDetermined(survey.Input()));
   EXPECT_EQ(AdjustToControl(survey.Input()).status, Status::kUndetermined);
   // Tell the truth about the vertical: the survey frame is enu turned about it.
@@ -252,7 +131,7 @@ TEST(ControlAdjustment, LevelledStationsMakeTwoPointsEnough) {
 }
 
 TEST(ControlAdjustment, PointsOnALineDetermineNothing) {
-  Survey survey(7, 5, 0.0);
+  ControlSurvey survey(7, 5, 0.0);
   for (std::size_t k = 0; k < 5; ++k) {
     survey.points[k].enu_m = Eigen::Vector3d(10.0, 4.0, 0.5) * static_cast<double>(k);
   }

@@ -1,0 +1,98 @@
+#include "stages/georeferencing.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "tests/support/control_survey.h"
+
+namespace backsight {
+namespace {
+
+using Status = GeoreferencingResult::Status;
+
+/// The first `checks` points as check points, the others as control.
+GeoreferencingInput InputOf(const ControlSurvey& survey, std::size_t checks) {
+  GeoreferencingInput input{survey.survey_from_station, survey.covariance, {}, {}, survey.tilts};
+  for (std::size_t k = 0; k < survey.points.size(); ++k) {
+    (k < checks ? input.check : input.control).push_back(survey.points[k]);
+  }
+  return input;
+}
+
+TEST(Georeferencing, CheckPointsErrAsPredicted) {
+  double normalised = 0.0;
+  int count = 0;
+  int false_alarms = 0;
+  for (std::uint64_t seed = 0; seed < 200; ++seed) {
+    const ControlSurvey survey(seed, 12);
+    const GeoreferencingResult result = Georeference(InputOf(survey, 4), {});
+    ASSERT_EQ(result.status, Status::kGeoreferenced) << seed;
+    ASSERT_EQ(result.check.size(), 4U);
+    for (const CheckResidual& residual : result.check) {
+      normalised += residual.mean_m.cwiseQuotient(residual.sigma_m).squaredNorm();
+      count += 3;
+    }
+    EXPECT_EQ(result.adjustment.scale, 1.0);
+    EXPECT_LT(std::abs(result.scale_minus_one), 5.0 * result.scale_sigma);
+    false_alarms += static_cast<int>(std::count(result.excluded.begin(), result.excluded.end(), 1));
+  }
+  EXPECT_NEAR(normalised / count, 1.0, 0.1);
+  EXPECT_LT(false_alarms, 0.01 * 200 * 8);
+}
+
+TEST(Georeferencing, ABlunderIsNamedAndLeavesNoTrace) {
+  for (std::uint64_t seed = 0; seed < 30; ++seed) {
+    const ControlSurvey survey(seed, 12);
+    GeoreferencingInput input = InputOf(survey, 0);
+    const std::size_t moved = seed % 12;
+    input.control[moved].enu_m += 0.05 * input.control[moved].axes.col(0);
+    const GeoreferencingResult result = Georeference(input, {});
+    ASSERT_EQ(result.status, Status::kGeoreferenced) << seed;
+    EXPECT_EQ(result.excluded[moved], 1) << seed;
+    EXPECT_LT(result.control[moved].w[0], -3.29) << seed;
+    EXPECT_NEAR(result.control[moved].adjusted_m[0], -0.05, 0.02) << seed;
+
+    GeoreferencingInput without = InputOf(survey, 0);
+    without.control.erase(without.control.begin() + static_cast<std::ptrdiff_t>(moved));
+    const GeoreferencingResult clean = Georeference(without, {});
+    for (std::size_t s = 0; s < ControlSurvey::kStations; ++s) {
+      EXPECT_LT((clean.adjustment.enu_from_station[s].translation -
+                 result.adjustment.enu_from_station[s].translation)
+                    .norm(),
+                1e-3)
+          << seed;
+    }
+  }
+}
+
+TEST(Georeferencing, ControlThatCannotBeToldApartIsContradictory) {
+  const ControlSurvey survey(4, 3);
+  GeoreferencingInput input = InputOf(survey, 0);
+  input.control[1].enu_m.x() += 0.2;
+  const GeoreferencingResult result = Georeference(input, {});
+  EXPECT_EQ(result.status, Status::kContradictory);
+  EXPECT_EQ(std::count(result.excluded.begin(), result.excluded.end(), 1), 0);
+  EXPECT_GT(result.variance_factor, 10.0);
+  // The stated uncertainty must cover what is not understood.
+  const double sigma = std::sqrt(result.adjustment.covariance(3, 3));
+  EXPECT_GT(sigma, 0.01);
+}
+
+TEST(Georeferencing, GridDistancesShowAsScale) {
+  ControlSurvey survey(8, 12);
+  for (SurveyedPoint& point : survey.points) point.enu_m *= 1.0004;
+  const GeoreferencingResult result = Georeference(InputOf(survey, 0), {});
+  EXPECT_GT(result.scale_minus_one, 2e-4);
+  EXPECT_EQ(result.adjustment.scale, 1.0);
+}
+
+TEST(Georeferencing, TooFewPointsPlaceNothing) {
+  const ControlSurvey survey(2, 6);
+  const GeoreferencingResult result = Georeference(InputOf(survey, 4), {});
+  EXPECT_EQ(result.status, Status::kTooFewPoints);
+  EXPECT_TRUE(result.check.empty());
+}
+
+}  // namespace
+}  // namespace backsight
