@@ -31,9 +31,9 @@ struct PoseRecord {
   StationStatus status = StationStatus::kNotRegistered;
   std::string reason;  ///< empty where registered
   RigidTransform survey_from_station;
-  std::optional<Matrix6d> covariance;  ///< [rotation; translation], Retract's convention; rad, m
-  int link_count = 0;                  ///< accepted links of this station
-  std::optional<GroundPose> ground;    ///< where control places its component
+  std::optional<Matrix6d> covariance;     ///< [rotation; translation], Retract's convention; rad, m
+  int link_count = 0;                     ///< accepted links of this station
+  std::optional<GroundPose> ground = {};  ///< where control places its component
 };
 
 /// Formal standard deviations of a placed station. The covariance is that of a perturbation of the

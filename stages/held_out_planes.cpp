@@ -35,6 +35,7 @@ HeldOutComparison CompareHeldOut(std::span<const PlaneAssociation> planes,
                                  std::span<const RigidTransform> after) {
   std::map<std::pair<int, int>, HeldOutPair> pairs;
   double count = 0.0;
+  double before_sum = 0.0;
   double sum = 0.0;
   double squared = 0.0;
   for (const PlaneAssociation& plane : planes) {
@@ -52,6 +53,7 @@ HeldOutComparison CompareHeldOut(std::span<const PlaneAssociation> planes,
         pair.bias_after += d1;
         const double change = d1 * d1 - d0 * d0;
         count += 1.0;
+        before_sum += d0 * d0;
         sum += change;
         squared += change * change;
       }
@@ -68,6 +70,7 @@ HeldOutComparison CompareHeldOut(std::span<const PlaneAssociation> planes,
     comparison.pairs.push_back(pair);
   }
   if (count > 0.0) {
+    comparison.mean_before_m2 = before_sum / count;
     comparison.mean_change_m2 = sum / count;
     comparison.standard_error_m2 = std::sqrt(squared) / count;
   }

@@ -21,7 +21,8 @@ struct HeldOutPair {
 
 struct HeldOutComparison {
   std::vector<HeldOutPair> pairs;  ///< ascending; only those with common planes
-  /// Mean change of the squared distance over all pairs of patches, and its standard error, m^2.
+  double mean_before_m2 = 0.0;     ///< mean squared distance over all pairs of patches
+  /// Mean change of the squared distance, and its standard error, m^2.
   double mean_change_m2 = 0.0;
   double standard_error_m2 = 0.0;
 };

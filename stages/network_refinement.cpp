@@ -317,9 +317,13 @@ class Refinement {
       result_.station = station;
       return KeepStart(Status::kKeptPoseGraph, Reason::kStationMovedTooFar);
     }
+    // Significant, and noticeable: many planes make a change significant that is a thousandth of
+    // their own scatter, and rounding alone may be.
     constexpr double kSignificant = 2.0;
-    constexpr double kNoChange = 1e-10;  // m^2, 0.01 mm squared: rounding may be significant, too
-    if (held_out.mean_change_m2 > std::max(kSignificant * held_out.standard_error_m2, kNoChange)) {
+    constexpr double kNoticeable = 0.01;
+    constexpr double kNoChange = 1e-10;  // m^2
+    if (held_out.mean_change_m2 > std::max({kSignificant * held_out.standard_error_m2,
+                                            kNoticeable * held_out.mean_before_m2, kNoChange})) {
       return KeepStart(Status::kKeptPoseGraph, Reason::kHeldOutPlanesWorse);
     }
     result_.status = Status::kRefined;

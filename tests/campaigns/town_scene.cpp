@@ -41,7 +41,7 @@ class TownBuilder {
     scene_.ground.size_m = kBlocks * kBlockSize + 90.0;
     scene_.ground.slope_deg = {random_.Uniform(-0.8, 0.8), random_.Uniform(-0.8, 0.8)};
     scene_.ground.undulation_m = 0.4;
-    scene_.scanner.step_deg = 0.4;
+    scene_.scanner.step_deg = 0.8;
     scene_.scanner.min_elevation_deg = -45.0;
     scene_.scanner.max_elevation_deg = 55.0;
     scene_.scanner.max_range_m = 60.0;

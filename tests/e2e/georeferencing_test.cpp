@@ -11,8 +11,8 @@
 namespace backsight {
 namespace {
 
-using ::testing::HasSubstr;
 using nlohmann::json;
+using ::testing::HasSubstr;
 
 /// The yard in a CRS, with 12 control and 20 check points of 2 mm about it.
 std::string SurveyedYard() {
@@ -36,8 +36,8 @@ class Georeferenced : public testing::Test {
   static void SetUpTestSuite() {
     folder_ = std::make_unique<ScratchFolder>();
     WriteBytes(*folder_ / "scene.yaml", SurveyedYard());
-    const ProgramRun run = RunProgram(
-        fmt::format("simulate '{}' '{}'", *folder_ / "scene.yaml", *folder_ / "yard"));
+    const ProgramRun run =
+        RunProgram(fmt::format("simulate '{}' '{}'", *folder_ / "scene.yaml", *folder_ / "yard"));
     ASSERT_EQ(run.exit_code, 0) << run.err;
   }
   static void TearDownTestSuite() { folder_.reset(); }
@@ -120,8 +120,7 @@ TEST_F(Georeferenced, ControlThatCannotPlaceAnythingIsRefusedBeforeTheRun) {
   project.erase(FindPoint(project, "P3"));
   WriteBytes(*folder_ / "yard/two.yaml", project);
   for (const char* command : {"check", "run"}) {
-    const ProgramRun run =
-        RunProgram(fmt::format("{} '{}'", command, *folder_ / "yard/two.yaml"));
+    const ProgramRun run = RunProgram(fmt::format("{} '{}'", command, *folder_ / "yard/two.yaml"));
     EXPECT_EQ(run.exit_code, 2) << run.out;
     EXPECT_THAT(run.err, HasSubstr("2 points with role control"));
   }
