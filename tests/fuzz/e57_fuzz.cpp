@@ -60,8 +60,10 @@ std::string FileOf(std::string_view input) {
   return Paged(payload);
 }
 
+void Read(const std::string& path) { ReadScans(path, &OpenE57); }
+
 }  // namespace
 
-FuzzTarget TargetUnderTest() { return {&OpenE57, &Seeds, &FileOf}; }
+FuzzTarget TargetUnderTest() { return {&Read, &Seeds, &FileOf}; }
 
 }  // namespace backsight
