@@ -23,7 +23,7 @@ namespace backsight {
 namespace {
 
 constexpr int kRounds = 3;
-constexpr double kMargin_m = 0.1;
+constexpr double kMarginM = 0.1;
 const Eigen::Vector3d kHallMin(-15.0, -10.0, -1.8);
 const Eigen::Vector3d kHallMax(15.0, 10.0, 6.2);
 
@@ -45,7 +45,7 @@ Eigen::Vector3d HallPoint(double azimuth, double elevation, Random& random) {
     const double wall = ray[axis] > 0.0 ? kHallMax[axis] : kHallMin[axis];
     if (std::abs(ray[axis]) > 1e-9) range = std::min(range, wall / ray[axis]);
   }
-  return ray * (range + std::clamp(0.003 * random.Normal(), -kMargin_m, kMargin_m));
+  return ray * (range + std::clamp(0.003 * random.Normal(), -kMarginM, kMarginM));
 }
 
 Scan MakeScan(double points) {
@@ -91,8 +91,8 @@ void WriteE57(const std::string& path, const Scan& scan, E57Coordinates coordina
   E57ScanSpec spec;
   spec.guid = "scan";
   spec.coordinates = coordinates;
-  spec.min = kHallMin.array() - kMargin_m;
-  spec.max = kHallMax.array() + kMargin_m;
+  spec.min = kHallMin.array() - kMarginM;
+  spec.max = kHallMax.array() + kMarginM;
   spec.has_intensity = spec.has_rgb = true;
   writer.BeginScan(spec);
   for (const PointChunk& chunk : scan.chunks) writer.Write(chunk);
@@ -106,8 +106,8 @@ void WriteCloud(const std::string& path, const Scan& scan, CreateWriter create) 
   CloudWriterSpec spec;
   spec.path = path;
   spec.has_intensity = spec.has_rgb = true;
-  spec.min = kHallMin.array() - kMargin_m;
-  spec.max = kHallMax.array() + kMargin_m;
+  spec.min = kHallMin.array() - kMarginM;
+  spec.max = kHallMax.array() + kMarginM;
   const std::unique_ptr<CloudWriter> writer = create(spec);
   for (const PointChunk& chunk : scan.chunks) writer->Write(chunk, 1);
   writer->Finish();
