@@ -19,7 +19,7 @@ InputError CannotOpen(const std::string& path) {
 
 }  // namespace
 
-ByteSource::ByteSource(const std::string& path) : path_(path), buffer_(kCapacity) {
+ByteSource::ByteSource(const std::string& path) : path_(path) {
   struct stat status {};
   // Asked before opening, because opening a pipe would wait for a writer.
   if (::stat(path.c_str(), &status) != 0) throw CannotOpen(path);
@@ -31,6 +31,8 @@ ByteSource::ByteSource(const std::string& path) : path_(path), buffer_(kCapacity
     throw InputError({path, "is empty (0 bytes)", "a scan file", "copy or export it again"});
   }
   size_ = static_cast<std::uint64_t>(status.st_size);
+  // No longer than the file, so that sanitizers see whoever looks behind its end.
+  buffer_.resize(static_cast<std::size_t>(std::min<std::uint64_t>(kCapacity, size_)));
   file_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (file_ < 0) throw CannotOpen(path);
 }
@@ -46,7 +48,7 @@ void ByteSource::Fill(std::size_t want) {
   end_ -= begin_;
   begin_ = 0;
   while (end_ < want) {
-    const ssize_t got = ::pread(file_, buffer_.data() + end_, kCapacity - end_,
+    const ssize_t got = ::pread(file_, buffer_.data() + end_, buffer_.size() - end_,
                                 static_cast<off_t>(buffer_offset_ + end_));
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) {

@@ -99,7 +99,9 @@ std::string ReadLasCrs(ByteSource& source, const LasHeader& header,
   const std::string wkt = CleanCrsText(records.wkt);
   const bool wants_wkt = (header.global_encoding & LasEncoding::kWkt) != 0;
   if (wkt.empty() || (!wants_wkt && !records.geo_keys.empty())) {
-    return DescribeGeoKeys(records.geo_keys, CleanCrsText(records.geo_text));
+    // Cleaned last: the keys cut the text where they like, through characters too.
+    const std::string_view text(records.geo_text);
+    return CleanUtf8(DescribeGeoKeys(records.geo_keys, text.substr(0, text.find('\0'))));
   }
   return wkt;
 }
@@ -124,14 +126,7 @@ std::vector<std::string> CrsUnitNotes(std::string_view crs) {
 }
 
 std::string CleanCrsText(std::string_view text) {
-  text = text.substr(0, text.find('\0'));
-  std::string clean;
-  for (std::size_t at = 0; at < text.size();) {
-    const std::size_t length = Utf8Length(text, at);
-    clean += length == 0 ? "?" : text.substr(at, length);
-    at += std::max<std::size_t>(length, 1);
-  }
-  return clean;
+  return CleanUtf8(text.substr(0, text.find('\0')));
 }
 
 std::string EncodeWktRecord(std::string_view wkt) {

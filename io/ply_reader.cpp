@@ -87,7 +87,7 @@ class RecordReader {
   }
 
   InputError Truncated(const PlyElement& element, std::uint64_t available) const {
-    return source_.Truncated(source_.position(), "records of element '" + element.name + "'",
+    return source_.Truncated(source_.position(), "records of element " + Quoted(element.name),
                              element.count, available);
   }
 
@@ -116,7 +116,7 @@ class RecordReader {
       const std::uint64_t room = source_.remaining() / SizeOf(property.type);
       if (!(entries >= 0.0 && entries <= static_cast<double>(room))) {
         throw source_.Error(
-            at, fmt::format("a list '{}' of {} entries", property.name, entries),
+            at, fmt::format("a list {} of {} entries", Quoted(property.name), entries),
             fmt::format("0 to {} entries, as many as the rest of the file can hold", room),
             "the file is damaged or cut short: export it again");
       }
@@ -140,9 +140,10 @@ class RecordReader {
       word += static_cast<std::size_t>(values[i]);
     }
     if (word != count || count < values.size()) {
-      throw lines_.Error(fmt::format("{} values: {}", count, Quoted(line)),
-                         fmt::format("the {} properties of '{}'", values.size(), element.name),
-                         "the line is damaged");
+      throw lines_.Error(
+          fmt::format("{} values: {}", count, Quoted(line)),
+          fmt::format("the {} properties of {}", values.size(), Quoted(element.name)),
+          "the line is damaged");
     }
   }
 

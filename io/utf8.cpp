@@ -1,5 +1,7 @@
 #include "io/utf8.h"
 
+#include <algorithm>
+
 namespace backsight {
 
 std::size_t Utf8Length(std::string_view text, std::size_t at) {
@@ -19,6 +21,16 @@ std::size_t Utf8Length(std::string_view text, std::size_t at) {
   const bool surrogate = c == 0xEDU && second > 0x9FU;
   const bool beyond = c == 0xF4U && second > 0x8FU;
   return overlong || surrogate || beyond ? 0 : length;
+}
+
+std::string CleanUtf8(std::string_view text) {
+  std::string clean;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t length = Utf8Length(text, at);
+    clean += length == 0 ? "?" : text.substr(at, length);
+    at += std::max<std::size_t>(length, 1);
+  }
+  return clean;
 }
 
 }  // namespace backsight

@@ -61,7 +61,7 @@ std::string ToLine(const std::string& file, const YamlViolation& v) {
   if (!v.key.empty()) text += v.key + ": ";
   text += fmt::format("found {}; expected {}", v.found, v.expected);
   if (!v.remedy.empty()) text += "; " + v.remedy;
-  return text;
+  return CleanUtf8(text);  // keys may hold escaped control characters, and long ones are cut
 }
 
 }  // namespace

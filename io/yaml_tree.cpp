@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "core/error.h"
+#include "io/utf8.h"
 
 namespace backsight::yaml_internal {
 namespace {
@@ -122,7 +123,7 @@ void ParseYaml(const std::string& text, Tree& tree) {
     }
   } catch (const YAML::Exception& e) {
     throw InputError({fmt::format("{}:{}:{}", tree.file, e.mark.line + 1, e.mark.column + 1),
-                      "not valid YAML: " + e.msg, "", ""});
+                      "not valid YAML: " + CleanUtf8(e.msg), "", ""});
   }
   if (tree.root == nullptr) tree.root = &tree.nodes.emplace_back();
 }

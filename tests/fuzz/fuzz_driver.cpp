@@ -10,6 +10,7 @@
 #include <iostream>
 
 #include "core/error.h"
+#include "io/utf8.h"
 #include "tests/fuzz/fuzz_target.h"
 
 namespace backsight {
@@ -38,6 +39,9 @@ void CheckChunk(const PointChunk& chunk, const ScanInfo& info) {
   BACKSIGHT_CHECK(n <= 65536 && chunk.y.size() == n && chunk.z.size() == n, "uneven columns");
   BACKSIGHT_CHECK(chunk.intensity.size() == (info.has_intensity ? n : 0), "uneven intensity");
   BACKSIGHT_CHECK(chunk.rgb.size() == (info.has_rgb ? n : 0), "uneven colour");
+  BACKSIGHT_CHECK(chunk.classification.size() == (info.has_classification ? n : 0),
+                  "uneven classification");
+  BACKSIGHT_CHECK(chunk.gps_time.size() == (info.has_gps_time ? n : 0), "uneven GPS time");
   for (std::size_t i = 0; i < n; ++i) {
     BACKSIGHT_CHECK(
         std::isfinite(chunk.x[i]) && std::isfinite(chunk.y[i]) && std::isfinite(chunk.z[i]),
@@ -50,14 +54,21 @@ void CheckChunk(const PointChunk& chunk, const ScanInfo& info) {
 
 void ReadScan(ScanReader& reader) {
   const ScanInfo& info = reader.info();
+  BACKSIGHT_CHECK(CleanUtf8(info.crs) == info.crs, "a reference system that is not UTF-8");
   if (info.world_from_scan) {
     BACKSIGHT_CHECK(info.world_from_scan->IsValid(), "a pose that is no rigid motion");
   }
   PointChunk chunk;
-  while (reader.Next(chunk)) CheckChunk(chunk, info);
+  std::uint64_t points = 0;
+  while (reader.Next(chunk)) {
+    CheckChunk(chunk, info);
+    points += chunk.size();
+  }
   const ScanTally& tally = reader.tally();
-  BACKSIGHT_CHECK(tally.records == tally.points + tally.not_finite + tally.no_return,
-                  "records that were not counted");
+  BACKSIGHT_CHECK(tally.points == points, "points that were not counted");
+  BACKSIGHT_CHECK(
+      tally.records == tally.points + tally.not_finite + tally.no_return + tally.withheld,
+      "records that were not counted");
   BACKSIGHT_CHECK(!info.point_count || tally.records == *info.point_count, "records missing");
 }
 
@@ -71,17 +82,22 @@ void WriteSeeds(const std::string& folder) {
 
 }  // namespace
 
+void ReadScans(const std::string& path, OpenFunction open) {
+  int scans = 1;
+  for (int i = 0; i < std::min(scans, 3); ++i) {
+    const std::unique_ptr<ScanReader> reader = open(path, i);
+    scans = reader->info().scan_count;
+    ReadScan(*reader);
+  }
+}
+
 bool ReadFuzzed(const FuzzTarget& target, std::string_view input) {
   const MemoryFile file(target.file_of(input));
   try {
-    int scans = 1;
-    for (int i = 0; i < std::min(scans, 3); ++i) {
-      const std::unique_ptr<ScanReader> reader = target.open(file.path(), i);
-      scans = reader->info().scan_count;
-      ReadScan(*reader);
-    }
+    target.read(file.path());
   } catch (const InputError& error) {
     BACKSIGHT_CHECK(error.details().where.starts_with(file.path()), "an error without its file");
+    BACKSIGHT_CHECK(CleanUtf8(error.what()) == error.what(), "a message that is not UTF-8");
     return false;
   }
   return true;

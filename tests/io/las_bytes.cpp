@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "tests/io/append_bytes.h"
+
 namespace backsight {
 namespace {
 

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "core/random.h"
-#include "tests/io/scan_files.h"
 
 namespace backsight {
 

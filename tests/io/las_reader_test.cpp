@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "tests/io/las_bytes.h"
+#include "tests/io/scan_files.h"
 
 namespace backsight {
 namespace {
@@ -271,6 +272,15 @@ TEST(LasReader, RecordsTheReferenceSystem) {
   EXPECT_EQ(crs(file),
             "GeoTIFF: projected EPSG:25832, projected citation 'UTM32N', vertical "
             "EPSG:7837");
+}
+
+TEST(LasReader, TurnsCitationsThatKeysCutThroughACharacterIntoText) {
+  const TempDir dir;
+  LasTestFile file = SmallFile();
+  file.records = {LasTestRecord("LASF_Projection", 34735, GeoKeyBytes({{3073, 34737, 3, 2}})),
+                  LasTestRecord("LASF_Projection", 34737, "\u00e4\u00f6\u00fc|")};
+  EXPECT_EQ(ReadWhole(dir.File("a.las", file.Bytes())).info.crs,
+            "GeoTIFF: projected citation '\u00f6?'");
 }
 
 TEST(LasReader, WarnsOfUnitsOtherThanMetres) {

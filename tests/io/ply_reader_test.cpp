@@ -137,6 +137,8 @@ TEST(PlyReader, NamesWhatIsWrong) {
       "element vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
   Append(list, std::int32_t{-5});
   EXPECT_THAT(error(list + std::string(40, 'a')), HasSubstr("a list 'v' of -5 entries"));
+  list.replace(list.find(" v\n") + 1, 1, "\xD1\x1B[");  // messages stay clean text
+  EXPECT_THAT(error(list + std::string(40, 'a')), HasSubstr("a list '\\xd1\\x1b[' of -5 entries"));
 }
 
 TEST(PlyReader, SurvivesDamage) {

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <bit>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -12,8 +11,8 @@
 
 #include "core/error.h"
 #include "core/random.h"
-#include "io/endian_bytes.h"
 #include "io/scan_reader.h"
+#include "tests/io/append_bytes.h"
 
 namespace backsight {
 
@@ -55,14 +54,6 @@ class TempDir {
 inline std::string ReadBytes(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), {}};
-}
-
-/// Appends the bytes of `value` in byte order `order`.
-template <Arithmetic T>
-void Append(std::string& bytes, T value, std::endian order = std::endian::little) {
-  std::array<char, sizeof(T)> raw{};
-  StoreBytes(raw.data(), value, order);
-  bytes.append(raw.data(), raw.size());
 }
 
 struct WholeScan {

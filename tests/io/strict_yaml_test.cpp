@@ -10,6 +10,7 @@
 #include "core/error.h"
 #include "core/random.h"
 #include "io/nearest_name.h"
+#include "io/utf8.h"
 
 namespace backsight {
 namespace {
@@ -159,6 +160,15 @@ TEST(StrictYaml, SurvivesDeepAndHugeDocuments) {
   }
   EXPECT_THAT(Complaint(bomb, nothing), HasSubstr("aliases are not supported"));
   EXPECT_THAT(Complaint(std::string(200000, 'x') + ": 1", nothing), HasSubstr("YAML"));
+}
+
+TEST(StrictYaml, MessagesAreCleanTextWhateverTheKeysHold) {
+  const auto nothing = [](YamlValue v) { v.Optional("a"); };
+  EXPECT_THAT(Complaint("\"\\e[31m\": 1", nothing), HasSubstr("?[31m: found an unknown key"));
+  std::string umlauts;  // shortened in the middle of one
+  for (int i = 0; i < 100; ++i) umlauts += "\u00e4";
+  const std::string message = Complaint(umlauts + ": 1", nothing);
+  EXPECT_EQ(CleanUtf8(message), message);
 }
 
 TEST(StrictYaml, SurvivesRandomText) {
