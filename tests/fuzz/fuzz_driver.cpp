@@ -38,6 +38,13 @@ void CheckChunk(const PointChunk& chunk, const ScanInfo& info) {
   BACKSIGHT_CHECK(n <= 65536 && chunk.y.size() == n && chunk.z.size() == n, "uneven columns");
   BACKSIGHT_CHECK(chunk.intensity.size() == (info.has_intensity ? n : 0), "uneven intensity");
   BACKSIGHT_CHECK(chunk.rgb.size() == (info.has_rgb ? n : 0), "uneven colour");
+  const std::size_t cells = info.rows > 0 ? n : 0;
+  BACKSIGHT_CHECK(chunk.row.size() == cells && chunk.column.size() == cells, "uneven cells");
+  for (std::size_t i = 0; i < cells; ++i) {
+    BACKSIGHT_CHECK(chunk.row[i] >= 0 && chunk.row[i] < info.rows, "a row beyond the grid");
+    BACKSIGHT_CHECK(chunk.column[i] >= 0 && chunk.column[i] < info.columns,
+                    "a column beyond the grid");
+  }
   for (std::size_t i = 0; i < n; ++i) {
     BACKSIGHT_CHECK(
         std::isfinite(chunk.x[i]) && std::isfinite(chunk.y[i]) && std::isfinite(chunk.z[i]),
