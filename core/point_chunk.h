@@ -17,6 +17,7 @@ struct PointChunk {
   std::vector<std::uint8_t> classification;       ///< ASPRS classes, LAS 1.4 R15 section 2.6
   /// Adjusted Standard GPS Time: seconds of satellite GPS time minus 1e9 (LAS 1.4 R15 section 2.4).
   std::vector<double> gps_time;
+  std::vector<std::int32_t> row, column;  ///< cell of the scan grid, from 0
 
   std::size_t size() const { return x.size(); }
   bool empty() const { return x.empty(); }
@@ -25,6 +26,7 @@ struct PointChunk {
     intensity.clear();
     rgb.clear();
     classification.clear();
+    for (auto* cells : {&row, &column}) cells->clear();
   }
 };
 

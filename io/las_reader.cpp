@@ -101,6 +101,7 @@ class LasReader : public ScanReader {
       color_scale_ = ColorScale::k8Bit;
       note(fmt::format("colours are <= {}: taken as 8 bit", sample.color));
     }
+    info_.rgb_16_bit = info_.has_rgb && color_scale_ != ColorScale::k8Bit;
     collector_.Configure(false, range);
   }
 

@@ -185,6 +185,15 @@ class PcdReader : public ScanReader {
     if (!collector_.AddPoint(value(x_), value(y_), value(z_), chunk)) return;
     if (has_intensity_) collector_.AddIntensity(value(intensity_), chunk);
     if (has_rgb_) AddColor(LoadBytes<std::uint32_t>(at(rgb_)), chunk);
+    AddCell(chunk);
+  }
+
+  /// Records go along a row, then to the next.
+  void AddCell(PointChunk& chunk) {
+    if (info_.rows == 0) return;
+    const auto columns = static_cast<std::uint64_t>(info_.columns);
+    collector_.AddCell(static_cast<double>(done_ / columns), static_cast<double>(done_ % columns),
+                       info_, chunk);
   }
 
   void ReadLine(PointChunk& chunk) {
@@ -202,6 +211,7 @@ class PcdReader : public ScanReader {
     if (!collector_.AddPoint(Number(x_), Number(y_), Number(z_), chunk)) return;
     if (has_intensity_) collector_.AddIntensity(Number(intensity_), chunk);
     if (has_rgb_) AddColor(ColorBits(), chunk);
+    AddCell(chunk);
   }
 
   double Number(const Channel& channel) const {

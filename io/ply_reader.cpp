@@ -239,6 +239,7 @@ class PlyReader : public ScanReader {
     if (!info_.has_rgb) {
       info_.notes.emplace_back("colours are not uchar, ushort or float throughout: skipped");
     }
+    info_.rgb_16_bit = info_.has_rgb && color_scale_ != ColorScale::k8Bit;
   }
 
   void Add(PointChunk& chunk) {

@@ -41,10 +41,28 @@ void PointCollector::AddIntensity(double raw, PointChunk& chunk) {
   chunk.intensity.push_back(static_cast<float>(value));
 }
 
+void PointCollector::AddCell(double row, double column, const ScanInfo& grid, PointChunk& chunk) {
+  const auto inside = [](double index, int side) { return index >= 0.0 && index < side; };
+  const auto nearest = [](double index, int side) {
+    const double last = side - 1;
+    return static_cast<std::int32_t>(index > 0.0 ? std::min(index, last) : 0.0);  // NaN: 0
+  };
+  if (!inside(row, grid.rows) || !inside(column, grid.columns)) ++outside_grid_;
+  chunk.row.push_back(nearest(row, grid.rows));
+  chunk.column.push_back(nearest(column, grid.columns));
+}
+
 void PointCollector::Finish() {
-  if (clamped_ == 0) return;
-  tally_.notes.push_back(fmt::format("intensity outside {} to {} clamped in {} of {} points",
-                                     range_.low, range_.high, clamped_, tally_.points));
+  if (clamped_ > 0) {
+    tally_.notes.push_back(fmt::format("intensity outside {} to {} clamped in {} of {} points",
+                                       range_.low, range_.high, clamped_, tally_.points));
+  }
+  if (outside_grid_ > 0) {
+    tally_.notes.push_back(
+        fmt::format("row or column outside the scan grid, moved to its edge, in "
+                    "{} of {} points",
+                    outside_grid_, tally_.points));
+  }
 }
 
 }  // namespace backsight

@@ -44,6 +44,8 @@ class PointCollector {
     ++tally_.no_return;
   }
   void AddIntensity(double raw, PointChunk& chunk);
+  /// The grid cell of a point, from 0; one outside the grid becomes the nearest inside.
+  void AddCell(double row, double column, const ScanInfo& grid, PointChunk& chunk);
   /// Counts a record that the file itself declares deleted.
   void SkipWithheld() { ++tally_.records, ++tally_.withheld; }
   void AddNote(std::string note) { tally_.notes.push_back(std::move(note)); }
@@ -57,6 +59,7 @@ class PointCollector {
   IntensityRange range_;
   ScanTally tally_;
   std::uint64_t clamped_ = 0;
+  std::uint64_t outside_grid_ = 0;
 };
 
 }  // namespace backsight

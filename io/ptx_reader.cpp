@@ -122,7 +122,9 @@ class PtxReader : public ScanReader {
     if (done_ == cells) return false;
     const std::uint64_t n = std::min<std::uint64_t>(kChunkRecords, cells - done_);
     for (std::uint64_t i = 0; i < n; ++i, ++done_) {
+      const std::size_t points = chunk.size();
       Add(lines_.Require("a record for each grid cell"), chunk);
+      if (chunk.size() > points) AddCell(chunk);
     }
     if (done_ == cells) collector_.Finish();
     return true;
@@ -205,6 +207,13 @@ class PtxReader : public ScanReader {
       const auto v = NumbersOf<4>(lines_, line, "4 numbers: x y z intensity");
       if (collector_.AddPoint(v[0], v[1], v[2], chunk)) collector_.AddIntensity(v[3], chunk);
     }
+  }
+
+  /// Records go up a column, then to the next.
+  void AddCell(PointChunk& chunk) {
+    const auto rows = static_cast<std::uint64_t>(place_.header.rows);
+    collector_.AddCell(static_cast<double>(done_ % rows), static_cast<double>(done_ / rows), info_,
+                       chunk);
   }
 
   ByteSource source_;

@@ -20,9 +20,11 @@ struct ScanInfo {
   std::optional<std::uint64_t> point_count;  ///< declared number of points; none for XYZ text
   bool has_intensity = false;
   bool has_rgb = false;
+  bool rgb_16_bit = false;  ///< colours may take more than 8 bits per channel
   bool has_classification = false;
   bool has_gps_time = false;
-  int rows = 0;  ///< scan grid (0: unstructured)
+  /// Scan grid; 0: unstructured, otherwise points come with their row and column.
+  int rows = 0;
   int columns = 0;
   std::string guid;  ///< the file's identifier of the scan (E57), else empty
   std::string name;  ///< the file's name for the scan (E57), else empty

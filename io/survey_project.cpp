@@ -18,16 +18,11 @@ namespace backsight {
 namespace {
 
 using IdPair = std::pair<std::string, std::string>;
-using Unsupported = std::vector<UnsupportedItem>;
 
 /// In the order of CloudFormat.
 const std::vector<std::string>& FormatNames() {
   static const std::vector<std::string> names = {"las", "ply", "pcd", "e57"};
   return names;
-}
-
-void Note(Unsupported& unsupported, const YamlValue& value, const std::string& what) {
-  if (value.present()) unsupported.push_back({value.Where(), value.key(), what});
 }
 
 void ReadSchemaVersion(const YamlValue& value) {
@@ -104,8 +99,28 @@ bool IsPartOf(const std::string& path, const std::set<std::string>& taken) {
   });
 }
 
-CloudOutput ReadMerged(const YamlValue& item, std::set<std::string>& taken,
-                       Unsupported& unsupported) {
+/// NaN where it is absent or wrong, which is reported.
+Eigen::Vector3d ReadCorner(const YamlValue& value) {
+  Eigen::Vector3d corner = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+  const std::vector<YamlValue> items = value.Items(3, 3);
+  if (items.size() != 3) return corner;
+  for (const int axis : {0, 1, 2}) {
+    corner[axis] = items[static_cast<std::size_t>(axis)].Real(corner[axis]);
+  }
+  return corner;
+}
+
+std::optional<CropBox> ReadCrop(const YamlValue& map) {
+  if (!map.present()) return std::nullopt;
+  const YamlValue max = map.Required("max");
+  const CropBox crop{ReadCorner(map.Required("min")), ReadCorner(max)};
+  if ((crop.min.array() >= crop.max.array()).any()) {
+    max.Reject("three numbers that are greater than those of min");
+  }
+  return crop;
+}
+
+CloudOutput ReadMerged(const YamlValue& item, std::set<std::string>& taken) {
   CloudOutput output;
   const YamlValue format = item.Required("format");
   const int choice = format.Choice(-1, FormatNames());
@@ -114,12 +129,12 @@ CloudOutput ReadMerged(const YamlValue& item, std::set<std::string>& taken,
   output.thin_m = item.Optional("thin_m").Real(0.0, {0.0, 10.0, "m"});
   const YamlValue max_points = item.Optional("max_points");
   output.max_points = max_points.Integer(0, 0, std::numeric_limits<int>::max());
+  output.crop = ReadCrop(item.Optional("crop"));
   if (choice < 0 || output.path.empty()) return output;
   output.format = static_cast<CloudFormat>(choice);
   if (output.max_points > 0 && output.format != CloudFormat::kLas) {
     max_points.Reject("nothing: only LAS files are split");
   }
-  if (output.format == CloudFormat::kE57) Note(unsupported, format, "merged clouds in E57");
   const std::string extension = "." + FormatNames()[static_cast<std::size_t>(choice)];
   if (std::filesystem::path(output.path).extension() != extension) {
     path.Reject("a file name ending in " + extension);
@@ -131,8 +146,23 @@ CloudOutput ReadMerged(const YamlValue& item, std::set<std::string>& taken,
   return output;
 }
 
-OutputSpec ReadOutputs(const YamlValue& map, const std::vector<StationSpec>& stations,
-                       Unsupported& unsupported) {
+CloudOutput ReadStationClouds(const YamlValue& map, const std::vector<StationSpec>& stations,
+                              const std::set<std::string>& taken) {
+  CloudOutput output;
+  output.format = static_cast<CloudFormat>(map.Required("format").Choice(0, FormatNames()));
+  const YamlValue path = map.Required("path");
+  output.path = path.Path();
+  for (const StationSpec& station : stations) {
+    const std::string file = StationCloudPath(output, station.id);
+    if (output.path.empty() || station.id.empty() || !taken.contains(file)) continue;
+    path.Reject("a folder where no scan or other output is in the way", "choose another folder",
+                file);
+    break;
+  }
+  return output;
+}
+
+OutputSpec ReadOutputs(const YamlValue& map, const std::vector<StationSpec>& stations) {
   OutputSpec outputs;
   std::set<std::string> taken;
   for (const StationSpec& station : stations) taken.insert(station.scan);
@@ -140,17 +170,11 @@ OutputSpec ReadOutputs(const YamlValue& map, const std::vector<StationSpec>& sta
   if (merged.present()) {
     outputs.merged.emplace();
     for (const YamlValue& item : merged.Items()) {
-      outputs.merged->push_back(ReadMerged(item, taken, unsupported));
+      outputs.merged->push_back(ReadMerged(item, taken));
     }
   }
   const YamlValue each = map.Optional("stations");
-  if (each.present()) {
-    CloudOutput output;
-    output.format = static_cast<CloudFormat>(each.Required("format").Choice(0, FormatNames()));
-    output.path = each.Required("path").Path();
-    outputs.stations = output;
-    Note(unsupported, each, "one registered cloud per station");
-  }
+  if (each.present()) outputs.stations = ReadStationClouds(each, stations, taken);
   return outputs;
 }
 
@@ -198,7 +222,7 @@ SurveyProject ReadSurveyProject(const std::string& path,
   project.stations = ReadStations(root.Required("stations"));
   project.control = ReadControl(root.Optional("control"), project.stations);
   project.pairs = ReadPairs(root.Optional("pairs"), project.stations);
-  project.outputs = ReadOutputs(root.Optional("outputs"), project.stations, project.unsupported);
+  project.outputs = ReadOutputs(root.Optional("outputs"), project.stations);
   project.gates = ReadGates(root.Optional("gates"));
   project.resources = ReadResources(root.Optional("resources"));
   ReadOptions(root, sections);
@@ -206,12 +230,9 @@ SurveyProject ReadSurveyProject(const std::string& path,
   return project;
 }
 
-void RefuseUnsupported(const SurveyProject& project) {
-  std::string list = "this version cannot do yet:";
-  for (const UnsupportedItem& item : project.unsupported) {
-    list.append(fmt::format("\n  {}: {}: {}", item.where, item.key, item.what));
-  }
-  throw InputError({project.path, list, "", "remove these keys to run without them"});
+std::string StationCloudPath(const CloudOutput& output, const std::string& station) {
+  const std::string& extension = FormatNames()[static_cast<std::size_t>(output.format)];
+  return (std::filesystem::path(output.path) / (station + "." + extension)).string();
 }
 
 }  // namespace backsight

@@ -59,11 +59,18 @@ struct PairSpec {
 
 enum class CloudFormat { kLas, kPly, kPcd, kE57 };
 
+/// Points of a merged cloud outside are left out; in the coordinates that outputs are in.
+struct CropBox {
+  Eigen::Vector3d min = Eigen::Vector3d::Zero();
+  Eigen::Vector3d max = Eigen::Vector3d::Zero();
+};
+
 struct CloudOutput {
   CloudFormat format = CloudFormat::kLas;
-  std::string path;     ///< a file for a merged cloud, a folder for station clouds
-  double thin_m = 0.0;  ///< keep one point per cell of this edge; 0: all points
-  int max_points = 0;   ///< LAS: more points go into numbered files; 0: always one file
+  std::string path;             ///< a file for a merged cloud, a folder for station clouds
+  double thin_m = 0.0;          ///< keep one point per cell of this edge; 0: all points
+  int max_points = 0;           ///< LAS: more points go into numbered files; 0: always one file
+  std::optional<CropBox> crop;  ///< merged clouds only
 };
 
 struct OutputSpec {
@@ -84,13 +91,6 @@ struct ResourceSpec {
   double memory_gb = 8.0;
 };
 
-/// Something valid in the project file that this version does not act on yet.
-struct UnsupportedItem {
-  std::string where;  ///< "survey.yaml:12"
-  std::string key;    ///< "stations[2].prior"
-  std::string what;   ///< "position priors"
-};
-
 /// A survey project file. Paths are as the program can open them: absolute, or the folder of the
 /// project file joined with what is written there.
 struct SurveyProject {
@@ -103,8 +103,6 @@ struct SurveyProject {
   OutputSpec outputs;
   GateSpec gates;
   ResourceSpec resources;
-  /// Must be refused by the caller, or acted upon: never passed over in silence.
-  std::vector<UnsupportedItem> unsupported;
 };
 
 /// Reads and validates a survey project file (schema_version 1) and fills the options behind
@@ -114,7 +112,7 @@ struct SurveyProject {
 SurveyProject ReadSurveyProject(const std::string& path,
                                 const std::vector<OptionSection>& sections);
 
-/// One error that names every unsupported item; call it to refuse a project that needs them.
-[[noreturn]] void RefuseUnsupported(const SurveyProject& project);
+/// Where the cloud of a single station goes: a file in outputs.stations' folder.
+std::string StationCloudPath(const CloudOutput& output, const std::string& station);
 
 }  // namespace backsight

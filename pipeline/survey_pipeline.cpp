@@ -2,6 +2,7 @@
 
 #include <chrono>
 
+#include "pipeline/cloud_outputs.h"
 #include "pipeline/georeference_network.h"
 #include "pipeline/pair_discovery.h"
 #include "pipeline/report_pictures.h"
@@ -53,11 +54,13 @@ SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
   WriteReports(SummarizeRun(project, stations, discovery, network, ground, {}), pictures,
                out_directory);
   clock.Finish("report");
-  const std::vector<OutputRecord> outputs =
-      WriteMergedClouds(project, options.ingest, stations, network, ground, out_directory, context);
+  const CloudFiles clouds =
+      WriteClouds(project, {options.ingest, stations, network, ground}, out_directory, context);
   clock.Finish("merge");
 
-  run.record = SummarizeRun(project, stations, discovery, network, ground, outputs);
+  run.record = SummarizeRun(project, stations, discovery, network, ground, clouds.files);
+  run.record.warnings.insert(run.record.warnings.end(), clouds.warnings.begin(),
+                             clouds.warnings.end());
   WriteReports(run.record, pictures, out_directory);
   return run;
 }

@@ -41,9 +41,19 @@ Eigen::Vector3d Placed(const MergeStation& station, const Eigen::Vector3d& point
   return station.frame_from_station * (station.scale * point);
 }
 
-/// Calls `action` for each usable point of the station, and `flush` after each chunk.
-void ForEachPoint(const MergeStation& station, const ExecutionContext& context,
-                  const PointAction& action, const std::function<void()>& flush) {
+Eigen::Vector3d Mapped(const MergeOptions& options, const Eigen::Vector3d& placed) {
+  return options.map ? options.map(placed) : placed;
+}
+
+bool IsWithin(const CropBox& box, const Eigen::Vector3d& point) {
+  return (point.array() >= box.min.array()).all() && (point.array() <= box.max.array()).all();
+}
+
+/// Calls `action` for each usable point of the station within the crop box, and `flush` after each
+/// chunk.
+void ForEachPoint(const MergeStation& station, const MergeOptions& options,
+                  const ExecutionContext& context, const PointAction& action,
+                  const std::function<void()>& flush) {
   const std::unique_ptr<ScanReader> reader = station.open();
   PointChunk chunk;
   while (reader->Next(chunk)) {
@@ -56,10 +66,17 @@ void ForEachPoint(const MergeStation& station, const ExecutionContext& context,
           (point.array() > station.max.array()).any()) {
         continue;  // dropped by the ingest as too far from the rest
       }
-      action(chunk, i, Placed(station, point), range);
+      const Eigen::Vector3d placed = Placed(station, point);
+      if (options.crop && !IsWithin(*options.crop, Mapped(options, placed))) continue;
+      action(chunk, i, placed, range);
     }
     flush();
   }
+}
+
+/// The point in its station's frame; as it was read where the scale is 1.
+Eigen::Vector3d Scanned(const MergeStation& station, const PointChunk& chunk, std::size_t i) {
+  return station.scale * Eigen::Vector3d(chunk.x[i], chunk.y[i], chunk.z[i]);
 }
 
 void Append(const PointChunk& from, std::size_t i, const Eigen::Vector3d& point,
@@ -71,51 +88,59 @@ void Append(const PointChunk& from, std::size_t i, const Eigen::Vector3d& point,
   if (station.has_rgb && !from.rgb.empty()) to->rgb.push_back(from.rgb[i]);
   if (!from.classification.empty()) to->classification.push_back(from.classification[i]);
   if (!from.gps_time.empty()) to->gps_time.push_back(from.gps_time[i]);
+  if (!from.row.empty()) to->row.push_back(from.row[i]);
+  if (!from.column.empty()) to->column.push_back(from.column[i]);
+}
+
+VoxelLattice LatticeOf(const std::vector<MergeStation>& stations, double thin_m) {
+  if (!(thin_m > 0.0)) return {.edge_m = 1.0, .origin = Eigen::Vector3d::Zero()};
+  const CloudBounds bounds = MergedBounds(stations, {});
+  const double extent = (bounds.max - bounds.min).maxCoeff();
+  if (extent > thin_m * VoxelLattice::kHalfRange) {
+    throw InputError({"outputs.merged",
+                      fmt::format("thin_m: {} for a cloud of {:.0f} m", thin_m, extent),
+                      "a coarser thin_m", ""});
+  }
+  return {.edge_m = thin_m, .origin = (0.5 * (bounds.min + bounds.max)).array().round()};
 }
 
 }  // namespace
 
-CloudBounds MergedBounds(const std::vector<MergeStation>& stations, const OutputMap& map) {
+CloudBounds MergedBounds(const std::vector<MergeStation>& stations, const MergeOptions& options) {
   CloudBounds bounds{Eigen::Vector3d::Constant(HUGE_VAL), Eigen::Vector3d::Constant(-HUGE_VAL)};
   for (const MergeStation& station : stations) {
     for (int corner = 0; corner < 8; ++corner) {
       const Eigen::Vector3d p((corner & 1) != 0 ? station.max.x() : station.min.x(),
                               (corner & 2) != 0 ? station.max.y() : station.min.y(),
                               (corner & 4) != 0 ? station.max.z() : station.min.z());
-      const Eigen::Vector3d placed = Placed(station, p);
-      const Eigen::Vector3d output = map ? map(placed) : placed;
+      const Eigen::Vector3d output = Mapped(options, Placed(station, p));
       bounds.min = bounds.min.cwiseMin(output);
       bounds.max = bounds.max.cwiseMax(output);
     }
   }
-  if (map) {
+  if (options.map) {
     bounds.min.array() -= 1.0;
     bounds.max.array() += 1.0;
+  }
+  if (options.crop) {
+    for (Eigen::Vector3d* corner : {&bounds.min, &bounds.max}) {
+      *corner = corner->cwiseMax(options.crop->min).cwiseMin(options.crop->max);
+    }
   }
   return bounds;
 }
 
-std::uint64_t MergeClouds(const std::vector<MergeStation>& stations, const OutputMap& map,
-                          double thin_m, CloudWriter& writer, const ExecutionContext& context) {
-  const bool thin = thin_m > 0.0;
-  const CloudBounds bounds = MergedBounds(stations, {});
-  if (thin && (bounds.max - bounds.min).maxCoeff() > thin_m * VoxelLattice::kHalfRange) {
-    throw InputError({"outputs.merged",
-                      fmt::format("thin_m: {} for a cloud of {:.0f} m", thin_m,
-                                  (bounds.max - bounds.min).maxCoeff()),
-                      "a coarser thin_m", ""});
-  }
-  Thinning thinning(
-      {.edge_m = thin ? thin_m : 1.0, .origin = (0.5 * (bounds.min + bounds.max)).array().round()});
-  if (thin) {
-    for (const MergeStation& station : stations) {
-      ForEachPoint(
-          station, context,
-          [&](const PointChunk&, std::size_t, const Eigen::Vector3d& point, double range) {
-            thinning.Offer(point, range);
-          },
-          [] {});
-    }
+std::uint64_t MergeClouds(const std::vector<MergeStation>& stations, const MergeOptions& options,
+                          CloudWriter& writer, const ExecutionContext& context) {
+  const bool thin = options.thin_m > 0.0;
+  Thinning thinning(LatticeOf(stations, options.thin_m));
+  for (std::size_t s = 0; thin && s < stations.size(); ++s) {
+    ForEachPoint(
+        stations[s], options, context,
+        [&](const PointChunk&, std::size_t, const Eigen::Vector3d& point, double range) {
+          thinning.Offer(point, range);
+        },
+        [] {});
   }
   std::uint64_t written = 0;
   PointChunk out;
@@ -123,10 +148,12 @@ std::uint64_t MergeClouds(const std::vector<MergeStation>& stations, const Outpu
     context.Progress("merge", s, stations.size());
     const MergeStation& station = stations[s];
     ForEachPoint(
-        station, context,
+        station, options, context,
         [&](const PointChunk& chunk, std::size_t i, const Eigen::Vector3d& point, double range) {
           if (thin && !thinning.Take(point, range)) return;
-          Append(chunk, i, map ? map(point) : point, station, &out);
+          Append(chunk, i,
+                 options.in_station_frames ? Scanned(station, chunk, i) : Mapped(options, point),
+                 station, &out);
         },
         [&] {
           written += out.size();

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,7 @@
 #include "core/rigid_transform.h"
 #include "io/cloud_writer.h"
 #include "io/scan_reader.h"
+#include "io/survey_project.h"
 
 namespace backsight {
 
@@ -31,19 +33,28 @@ struct MergeStation {
 /// From the shared frame to the coordinates of the output; empty: they are the same.
 using OutputMap = std::function<Eigen::Vector3d(const Eigen::Vector3d&)>;
 
+/// Which points of the stations a cloud holds, and in what coordinates.
+struct MergeOptions {
+  OutputMap map;
+  double thin_m = 0.0;  ///< keep one point per cell of this edge of the shared frame; 0: all
+  std::optional<CropBox> crop;  ///< in output coordinates
+  /// Points as they were scanned but for the scale, for files that state each station's pose.
+  bool in_station_frames = false;
+};
+
 /// Bounds of all stations' points in output coordinates, from the corners of their boxes and a
-/// metre more where `map` bends them.
+/// metre more where the map bends them; never beyond the crop box.
 struct CloudBounds {
   Eigen::Vector3d min;
   Eigen::Vector3d max;
 };
-CloudBounds MergedBounds(const std::vector<MergeStation>& stations, const OutputMap& map);
+CloudBounds MergedBounds(const std::vector<MergeStation>& stations, const MergeOptions& options);
 
-/// Reads every station's scan once more and hands its points, in output coordinates, to `writer`;
-/// with `thin_m` > 0 twice: one point per cell of that edge of the shared frame is kept, the one
-/// nearest to its scanner. Streams; memory is 24 bytes per occupied cell when thinning, otherwise
-/// constant. Returns the number of points written; the caller finishes the writer.
-std::uint64_t MergeClouds(const std::vector<MergeStation>& stations, const OutputMap& map,
-                          double thin_m, CloudWriter& writer, const ExecutionContext& context);
+/// Reads every station's scan once more and hands its points to `writer`; when thinning twice: of
+/// each cell the point nearest to its scanner is kept. Streams; memory is 24 bytes per occupied
+/// cell when thinning, otherwise constant. Returns the number of points written; the caller
+/// finishes the writer.
+std::uint64_t MergeClouds(const std::vector<MergeStation>& stations, const MergeOptions& options,
+                          CloudWriter& writer, const ExecutionContext& context);
 
 }  // namespace backsight

@@ -49,6 +49,9 @@ class E57Reader : public ScanReader {
     MapCoordinates();
     MapIntensity();
     MapColor();
+    if (info_.rows == 0) return;
+    row_ = AddColumn("rowIndex");
+    column_ = AddColumn("columnIndex");
   }
 
   const ScanInfo& info() const override { return info_; }
@@ -81,6 +84,7 @@ class E57Reader : public ScanReader {
     info_.point_count = scan_.points.record_count;
     info_.guid = scan_.guid;
     info_.name = scan_.name;
+    info_.crs = scan_.crs;
     info_.rows = scan_.rows;
     info_.columns = scan_.columns;
     info_.world_from_scan = scan_.world_from_scan;
@@ -147,6 +151,9 @@ class E57Reader : public ScanReader {
       color_[i] = AddColumn(names[i]).value_or(0);
       color_limits_[i] = LimitsOf(scan_.color_limits[i], columns_[color_[i]].stream.field());
     }
+    info_.rgb_16_bit =
+        std::any_of(color_limits_.begin(), color_limits_.end(),
+                    [](const E57Limits& limits) { return limits.high - limits.low != 255.0; });
     color_invalid_ = AddColumn("isColorInvalid");
   }
 
@@ -174,6 +181,11 @@ class E57Reader : public ScanReader {
                               chunk);
     }
     if (info_.has_rgb) AddColor(i, chunk);
+    if (row_ && column_) {
+      collector_.AddCell(Value(*row_, i) - static_cast<double>(scan_.first_row),
+                         Value(*column_, i) - static_cast<double>(scan_.first_column), info_,
+                         chunk);
+    }
   }
 
   void AddColor(std::size_t i, PointChunk& chunk) const {
@@ -199,6 +211,8 @@ class E57Reader : public ScanReader {
   std::array<std::size_t, 3> color_{};
   std::array<E57Limits, 3> color_limits_;
   ColumnIndex color_invalid_;
+  ColumnIndex row_;
+  ColumnIndex column_;
   std::uint64_t done_ = 0;
 };
 

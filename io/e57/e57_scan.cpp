@@ -112,6 +112,7 @@ void ReadGrid(const E57Element& data, E57Scan& scan) {
   bool has_row = false;
   bool has_column = false;
   for (const E57Field& field : scan.fields) {
+    if (field.type == E57Type::kString) continue;
     has_row = has_row || field.name == "rowIndex";
     has_column = has_column || field.name == "columnIndex";
   }
@@ -122,6 +123,8 @@ void ReadGrid(const E57Element& data, E57Scan& scan) {
   if (rows == 0 || columns == 0) return;
   scan.rows = rows;
   scan.columns = columns;
+  scan.first_row = bounds.Child("rowMinimum").Integer();
+  scan.first_column = bounds.Child("columnMinimum").Integer();
 }
 
 void ReadPose(const E57Element& data, E57Scan& scan) {
@@ -202,6 +205,8 @@ E57Scan ReadE57Scan(PagedFile& file, int scan_index) {
   };
   scan.guid = text("guid");
   scan.name = text("name");
+  const E57Element crs = xml.root().Child("coordinateMetadata");
+  if (crs.exists()) scan.crs = crs.Text();
   ReadPoints(data.Require("points"), scan);
   ReadGrid(data, scan);
   ReadPose(data, scan);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,10 +18,13 @@ struct E57Scan {
   int scan_count = 0;  ///< scans in the file
   std::string guid;
   std::string name;
+  std::string crs;  ///< what the file says of the frame that poses lead to, mostly WKT
   /// Identity where the file states none: the scan is then in the file's frame.
   RigidTransform world_from_scan;
   int rows = 0;  ///< of the scan grid, 0 for none
   int columns = 0;
+  std::int64_t first_row = 0;  ///< number of the grid's first row
+  std::int64_t first_column = 0;
   std::optional<E57Limits> intensity_limits;
   std::array<std::optional<E57Limits>, 3> color_limits;  ///< red, green, blue
   E57VectorPlace points;

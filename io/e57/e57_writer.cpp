@@ -120,12 +120,11 @@ void E57Writer::WriteCoordinates(const Eigen::Vector3d& point, bool is_point) {
   }
 }
 
-void E57Writer::WriteAttributes(const PointChunk& chunk, const E57Cells& cells, std::size_t i) {
-  std::size_t field = 3;
-  if (scan_.has_invalid_state) points_->Put(field++, std::int64_t{cells.invalid_states[i]});
+void E57Writer::WriteAttributes(const PointChunk& chunk, std::size_t i) {
+  std::size_t field = scan_.has_invalid_state ? 4 : 3;
   if (scan_.rows > 0) {
-    points_->Put(field++, std::int64_t{cells.rows[i]});
-    points_->Put(field++, std::int64_t{cells.columns[i]});
+    points_->Put(field++, std::int64_t{chunk.row[i]});
+    points_->Put(field++, std::int64_t{chunk.column[i]});
   }
   if (scan_.has_intensity) {
     points_->Put(field++, static_cast<double>(std::clamp(chunk.intensity[i], 0.0F, 1.0F)));
@@ -135,19 +134,20 @@ void E57Writer::WriteAttributes(const PointChunk& chunk, const E57Cells& cells, 
   }
 }
 
-void E57Writer::Write(const PointChunk& chunk, const E57Cells& cells) {
+void E57Writer::Write(const PointChunk& chunk, std::span<const std::uint8_t> invalid_states) {
   BACKSIGHT_CHECK(points_, "no scan is begun");
   const std::size_t n = chunk.size();
   const auto fits = [n](bool wanted, std::size_t size) { return !wanted || size == n; };
   BACKSIGHT_CHECK(
       fits(scan_.has_intensity, chunk.intensity.size()) && fits(scan_.has_rgb, chunk.rgb.size()) &&
-          fits(scan_.rows > 0, cells.rows.size()) && fits(scan_.rows > 0, cells.columns.size()) &&
-          fits(scan_.has_invalid_state, cells.invalid_states.size()),
+          fits(scan_.rows > 0, chunk.row.size()) && fits(scan_.rows > 0, chunk.column.size()) &&
+          fits(scan_.has_invalid_state, invalid_states.size()),
       "an attribute of the scan is missing in a chunk");
   for (std::size_t i = 0; i < n; ++i) {
-    WriteCoordinates({chunk.x[i], chunk.y[i], chunk.z[i]},
-                     !scan_.has_invalid_state || cells.invalid_states[i] == 0);
-    WriteAttributes(chunk, cells, i);
+    const bool is_point = !scan_.has_invalid_state || invalid_states[i] == 0;
+    WriteCoordinates({chunk.x[i], chunk.y[i], chunk.z[i]}, is_point);
+    if (scan_.has_invalid_state) points_->Put(3, std::int64_t{invalid_states[i]});
+    WriteAttributes(chunk, i);
     points_->EndRecord();
   }
 }

@@ -20,6 +20,7 @@ struct E57FileSpec {
   std::string path;
   std::string guid;
   std::string generator;  ///< becomes e57LibraryVersion: "backsight 0.1.0"
+  std::string crs;        ///< of the poses, as WKT; becomes coordinateMetadata; empty: local
   /// Seconds since 1980-01-06 00:00 UTC without leap seconds (GPS time); none: not stated.
   std::optional<double> creation_gps_s;
 };
@@ -48,14 +49,6 @@ struct E57ScanSpec {
   int columns = 0;
 };
 
-/// What belongs to the points of a chunk and is not in PointChunk; each as long as the chunk where
-/// the scan has it, else empty.
-struct E57Cells {
-  std::span<const std::int32_t> rows;  ///< from 0
-  std::span<const std::int32_t> columns;
-  std::span<const std::uint8_t> invalid_states;  ///< 0 a point, 1 only a direction, 2 nothing
-};
-
 /// Writes scans as an E57 file (ASTM E2807), as a stream: BeginScan, Write, EndScan for each scan,
 /// then Finish, when the file appears under its name. Equal calls give equal bytes. Coordinates are
 /// metres in the scan's own frame. Throws InputError for an unwritable place, a full disk, or a
@@ -66,7 +59,8 @@ class E57Writer {
   explicit E57Writer(E57FileSpec spec);
 
   void BeginScan(const E57ScanSpec& scan);
-  void Write(const PointChunk& chunk, const E57Cells& cells = {});
+  /// `invalid_states`: 0 a point, 1 only a direction, 2 nothing; empty where the scan has none.
+  void Write(const PointChunk& chunk, std::span<const std::uint8_t> invalid_states = {});
   /// Returns the number of records of the scan.
   std::uint64_t EndScan();
   void Finish();
@@ -76,7 +70,7 @@ class E57Writer {
   void AddCoordinateFields();
   std::int64_t Steps(double value_m, const E57Field& field) const;
   void WriteCoordinates(const Eigen::Vector3d& point, bool is_point);
-  void WriteAttributes(const PointChunk& chunk, const E57Cells& cells, std::size_t i);
+  void WriteAttributes(const PointChunk& chunk, std::size_t i);
 
   E57FileSpec spec_;
   PagedWriter out_;

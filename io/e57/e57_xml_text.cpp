@@ -137,7 +137,7 @@ std::string E57RootXml(const E57FileSpec& file, std::string_view scans_xml) {
   xml += StringXml("formatName", "ASTM E57 3D Imaging Data File") + StringXml("guid", file.guid) +
          IntegerXml("versionMajor", 1) + IntegerXml("versionMinor", 0);
   if (!file.generator.empty()) xml += StringXml("e57LibraryVersion", file.generator);
-  xml += StringXml("coordinateMetadata", "");
+  xml += StringXml("coordinateMetadata", file.crs);
   if (file.creation_gps_s) {
     xml += StructureXml("creationDateTime", FloatXml("dateTimeValue", *file.creation_gps_s) +
                                                 IntegerXml("isAtomicClockReferenced", 0));

@@ -11,7 +11,6 @@ namespace backsight {
 int CheckCommand(const std::string& project_path) {
   SurveyOptions options;
   const SurveyProject project = ReadSurveyProject(project_path, OptionSections(options));
-  if (!project.unsupported.empty()) RefuseUnsupported(project);
   const auto frame = MakeControlFrame(project);
 
   int faults = 0;

@@ -71,7 +71,6 @@ int RunCommand(const RunArguments& arguments) {
   const std::stop_token stop = InstallStopSignals();
   SurveyOptions options;
   const SurveyProject project = ReadSurveyProject(arguments.project, OptionSections(options));
-  if (!project.unsupported.empty()) RefuseUnsupported(project);
   MakeControlFrame(project);  // refuses what no network could mend
 
   const std::string out = !arguments.out.empty()

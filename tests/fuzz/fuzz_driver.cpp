@@ -42,6 +42,13 @@ void CheckChunk(const PointChunk& chunk, const ScanInfo& info) {
   BACKSIGHT_CHECK(chunk.classification.size() == (info.has_classification ? n : 0),
                   "uneven classification");
   BACKSIGHT_CHECK(chunk.gps_time.size() == (info.has_gps_time ? n : 0), "uneven GPS time");
+  const std::size_t cells = info.rows > 0 ? n : 0;
+  BACKSIGHT_CHECK(chunk.row.size() == cells && chunk.column.size() == cells, "uneven cells");
+  for (std::size_t i = 0; i < cells; ++i) {
+    BACKSIGHT_CHECK(chunk.row[i] >= 0 && chunk.row[i] < info.rows, "a row beyond the grid");
+    BACKSIGHT_CHECK(chunk.column[i] >= 0 && chunk.column[i] < info.columns,
+                    "a column beyond the grid");
+  }
   for (std::size_t i = 0; i < n; ++i) {
     BACKSIGHT_CHECK(
         std::isfinite(chunk.x[i]) && std::isfinite(chunk.y[i]) && std::isfinite(chunk.z[i]),

@@ -35,6 +35,8 @@ TEST(PtxReader, ReadsHeaderAndRecords) {
     EXPECT_EQ(scan.points.x, (std::vector<double>{1.0, -1.5}));
     EXPECT_EQ(scan.points.z, (std::vector<double>{3.0, 0.002}));
     EXPECT_EQ(scan.points.intensity, (std::vector<float>{0.5F, 1.0F}));
+    EXPECT_EQ(scan.points.row, (std::vector<std::int32_t>{0, 0}));
+    EXPECT_EQ(scan.points.column, (std::vector<std::int32_t>{0, 1}));
     ASSERT_TRUE(scan.info.world_from_scan);
     // The scanner's x axis is the first row of the header's matrix, its position the last.
     const Eigen::Vector3d x = *scan.info.world_from_scan * Eigen::Vector3d::UnitX();

@@ -77,6 +77,8 @@ inline WholeScan ReadWhole(const std::string& path, int scan_index = 0) {
     EXPECT_EQ(chunk.rgb.size(), reader->info().has_rgb ? chunk.size() : 0U);
     EXPECT_EQ(chunk.classification.size(), reader->info().has_classification ? chunk.size() : 0U);
     EXPECT_EQ(chunk.gps_time.size(), reader->info().has_gps_time ? chunk.size() : 0U);
+    EXPECT_EQ(chunk.row.size(), reader->info().rows > 0 ? chunk.size() : 0U);
+    EXPECT_EQ(chunk.column.size(), chunk.row.size());
     const auto append = [](auto& to, const auto& from) {
       to.insert(to.end(), from.begin(), from.end());
     };
@@ -87,6 +89,8 @@ inline WholeScan ReadWhole(const std::string& path, int scan_index = 0) {
     append(scan.points.rgb, chunk.rgb);
     append(scan.points.classification, chunk.classification);
     append(scan.points.gps_time, chunk.gps_time);
+    append(scan.points.row, chunk.row);
+    append(scan.points.column, chunk.column);
   }
   EXPECT_FALSE(reader->Next(chunk));
   EXPECT_TRUE(chunk.empty());

@@ -122,27 +122,25 @@ TEST_F(SurveyProjectTest, ReadsTheOtherFormatsOfMergedClouds) {
   EXPECT_EQ(project.outputs.merged->at(0).format, CloudFormat::kPcd);
   EXPECT_EQ(project.outputs.merged->at(1).format, CloudFormat::kPly);
   EXPECT_EQ(project.outputs.merged->at(1).max_points, 0);
-  EXPECT_TRUE(project.unsupported.empty());
 }
 
-TEST_F(SurveyProjectTest, NamesWhatItCannotDoYet) {
-  setenv("BACKSIGHT_TEST_SCANS", (folder_ / "scans").c_str(), 1);
-  const SurveyProject project = Read(kWhole);
-  std::string message;
-  try {
-    RefuseUnsupported(project);
-  } catch (const InputError& e) {
-    message = e.what();
-  }
-  EXPECT_THAT(message, HasSubstr("survey.yaml:21: outputs.stations:"));
-  EXPECT_EQ(project.unsupported.size(), 1U);
+TEST_F(SurveyProjectTest, ReadsE57OutputsAndCropBoxes) {
+  const SurveyProject project = Read(
+      "schema_version: 1\nstations: [{id: S1, scan: scans/S1.ptx}, {id: S2, scan: "
+      "scans/S2.ptx}]\noutputs:\n  merged: [{format: e57, path: a.e57, crop: {min: [1, -2, 3], "
+      "max: [4, 5, 6.5]}}]\n  stations: {format: ply, path: out/each/}\n");
+  const CloudOutput& merged = project.outputs.merged->at(0);
+  EXPECT_EQ(merged.format, CloudFormat::kE57);
+  EXPECT_EQ(merged.crop->min, Eigen::Vector3d(1, -2, 3));
+  EXPECT_EQ(merged.crop->max, Eigen::Vector3d(4, 5, 6.5));
+  EXPECT_EQ(StationCloudPath(*project.outputs.stations, "S2"),
+            (folder_ / "out/each/S2.ply").string());
 }
 
 TEST_F(SurveyProjectTest, TheSmallestProjectHasDefaults) {
   const SurveyProject project = Read(
       "schema_version: 1\nstations: [{id: a, scan: scans/S1.ptx}, {id: b, scan: scans/S2.ptx}]\n");
   EXPECT_EQ(project.name, "survey");
-  EXPECT_TRUE(project.unsupported.empty());
   EXPECT_FALSE(project.outputs.merged.has_value());
   EXPECT_FALSE(project.gates.max_station_sigma_mm.has_value());
   EXPECT_EQ(project.resources.threads, 0);
@@ -209,6 +207,7 @@ TEST_F(SurveyProjectTest, NamesEveryKindOfMistake) {
   const std::string one = "  - {id: S1, scan: scans/S1.ptx}\n";
   const std::string two = head + one + "  - {id: S2, scan: scans/S2.ptx}\n";
   const std::string station = head + one + "  - {id: S2, scan: scans/S2.ptx, ";
+  const std::string crop = "outputs: {merged: [{format: las, path: a.las, crop: ";
   const std::string point = "control: [{id: P, crs: [1, 2, 3], sigma_m: [1, 1, 1], role: ";
   const std::vector<std::pair<std::string, std::string>> cases = {
       {head + one, "survey.yaml:2: stations: found a list of 1; expected at least 2"},
@@ -234,6 +233,16 @@ TEST_F(SurveyProjectTest, NamesEveryKindOfMistake) {
              "max_points: 9}]}\n",
        "no other output"},
       {two + "outputs: {stations: {format: pdf, path: a}}\n", "one of: las, ply, pcd, e57"},
+      {two + "outputs: {stations: {format: las, path: a/}, merged: [{format: las, path: "
+             "a/S2.las}]}\n",
+       "a folder where no scan or other output is in the way"},
+      {two + "outputs: {merged: [{format: e57, path: a.e57, max_points: 9}]}\n",
+       "only LAS files are split"},
+      {two + crop + "{min: [1, 2, 3], max: [2, 2, 4]}}]}\n", "greater than those of min"},
+      {two + crop + "{min: [1, 2, 3], max: [2, 3]}}]}\n", "a list of 3"},
+      {two + crop + "{max: [2, 3, 4]}}]}\n", "required key 'min'"},
+      {two + crop + "{min: [a, 2, 3], max: [2, 3, 4]}}]}\n", "crop.min[0]: found 'a'"},
+      {two + crop + "[1, 2, 3, 4, 5, 6]}]}\n", "merged[0].crop: found a list"},
       {two + "gates: {max_station_sigma_mm: 0}\n", "from 0.001"},
       {two + "resources: {memory_gb: 8 GB}\n", "without its unit"},
       {two + "resources: {threads: -1}\n", "from 0 to 4096"},

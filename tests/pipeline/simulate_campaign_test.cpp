@@ -64,7 +64,6 @@ TEST_F(SimulateCampaignTest, WritesACampaignThatTheReadersAccept) {
   const SurveyProject project = ReadSurveyProject((root_ / "out/tiny.yaml").string(), {});
   ASSERT_EQ(project.stations.size(), 2U);
   EXPECT_TRUE(project.stations[0].levelled);
-  EXPECT_TRUE(project.unsupported.empty());
 
   const Campaign campaign = PrepareCampaign(ReadScene(scene_path));
   const StationScan scan = SimulateStation(campaign, 1, ExecutionContext(1));

@@ -109,6 +109,28 @@ TEST(E57Reader, ScansWithAGridHaveNoReturnsAtTheOrigin) {
   EXPECT_EQ(grid.info.columns, 7);
   EXPECT_EQ(grid.tally.no_return, 1U);
   EXPECT_THAT(grid.points.x, ElementsAre(1.0));
+  EXPECT_THAT(grid.points.row, ElementsAre(0));  // the grid begins at row 2
+  EXPECT_THAT(grid.points.column, ElementsAre(0));
+  EXPECT_TRUE(grid.tally.notes.empty());
+}
+
+TEST(E57Reader, CellsOutsideTheGridAreMovedToItsEdge) {
+  TestScan scan = XyzScan({1, 2, 3},
+                          "<indexBounds type='Structure'><rowMinimum type='Integer'>1</rowMinimum>"
+                          "<rowMaximum type='Integer'>3</rowMaximum><columnMinimum type='Integer'/>"
+                          "<columnMaximum type='Integer'>6</columnMaximum></indexBounds>");
+  scan.prototype +=
+      "<rowIndex type='Integer' minimum='0' maximum='7'/>"
+      "<columnIndex type='Integer' minimum='0' maximum='7'/>";
+  auto streams = Xyz({1, 2, 3});
+  streams.push_back(PackBits(std::vector<std::uint64_t>{0, 3, 7}, 3));
+  streams.push_back(PackBits(std::vector<std::uint64_t>{6, 5, 7}, 3));
+  scan.packets = {DataPacket(streams)};
+  const auto grid = Read(scan);
+  EXPECT_THAT(grid.points.row, ElementsAre(0, 2, 2));
+  EXPECT_THAT(grid.points.column, ElementsAre(6, 5, 6));
+  ASSERT_EQ(grid.tally.notes.size(), 1U);
+  EXPECT_THAT(grid.tally.notes[0], HasSubstr("in 2 of 3 points"));
 }
 
 TEST(E57Reader, ScalesIntensityByItsLimits) {

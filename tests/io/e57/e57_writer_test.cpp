@@ -15,10 +15,7 @@ using ::testing::HasSubstr;
 
 struct Cloud {
   PointChunk points;
-  std::vector<std::int32_t> rows, columns;
   std::vector<std::uint8_t> states;
-
-  E57Cells Cells() const { return {rows, columns, states}; }
 };
 
 Cloud RandomCloud(std::size_t n, std::uint64_t seed) {
@@ -31,21 +28,21 @@ Cloud RandomCloud(std::size_t n, std::uint64_t seed) {
     cloud.points.intensity.push_back(static_cast<float>(random.Uniform()));
     const auto color = [&random] { return static_cast<std::uint16_t>(random.Index(65536)); };
     cloud.points.rgb.push_back({color(), color(), color()});
-    cloud.rows.push_back(static_cast<std::int32_t>(random.Index(1000)));
-    cloud.columns.push_back(static_cast<std::int32_t>(random.Index(77)));
+    cloud.points.row.push_back(static_cast<std::int32_t>(random.Index(1000)));
+    cloud.points.column.push_back(static_cast<std::int32_t>(random.Index(77)));
     cloud.states.push_back(static_cast<std::uint8_t>(random.Index(10) == 0 ? 1 + i % 2 : 0));
   }
   return cloud;
 }
 
 E57FileSpec File(const std::string& path) {
-  return {path, "{FILE}", "backsight 0.1.0", 1234567890.5};
+  return {path, "{FILE}", "backsight 0.1.0", "ENGCRS[]", 1234567890.5};
 }
 
 void WriteScan(const std::string& path, const E57ScanSpec& scan, const Cloud& cloud) {
   E57Writer writer(File(path));
   writer.BeginScan(scan);
-  writer.Write(cloud.points, cloud.Cells());
+  writer.Write(cloud.points, cloud.states);
   EXPECT_EQ(writer.EndScan(), cloud.points.size());
   writer.Finish();
 }
@@ -84,6 +81,7 @@ TEST(E57Writer, EveryCombinationIsReadBackExactly) {
     EXPECT_EQ(scan.tally.records, cloud.points.size());
     EXPECT_EQ(scan.info.rows, spec.rows);
     EXPECT_EQ(scan.info.columns, spec.columns);
+    EXPECT_EQ(scan.info.rgb_16_bit, spec.has_rgb && spec.rgb_16_bit);
     std::size_t at = 0;
     for (std::size_t i = 0; i < cloud.points.size(); ++i) {
       if (spec.has_invalid_state && cloud.states[i] != 0) continue;
@@ -92,6 +90,10 @@ TEST(E57Writer, EveryCombinationIsReadBackExactly) {
       ASSERT_EQ(scan.points.z[at], Stored(cloud.points.z[i], spec.coordinates, spec.scale_m));
       if (spec.has_intensity) {
         ASSERT_EQ(scan.points.intensity[at], cloud.points.intensity[i]);
+      }
+      if (spec.rows > 0) {
+        ASSERT_EQ(scan.points.row[at], cloud.points.row[i]);
+        ASSERT_EQ(scan.points.column[at], cloud.points.column[i]);
       }
       for (std::size_t c = 0; c < 3 && spec.has_rgb; ++c) {
         const int color = cloud.points.rgb[i][c];
@@ -129,6 +131,7 @@ TEST(E57Writer, SeveralScansKeepNamesGuidsAndPoses) {
     const std::string n = std::to_string(sizes[i]);
     EXPECT_EQ(scan.info.scan_count, 4);
     EXPECT_EQ(scan.info.guid, "{SCAN-" + n + "}");
+    EXPECT_EQ(scan.info.crs, "ENGCRS[]");
     EXPECT_EQ(scan.info.name, "B\xc3\xbcro <" + n + "> ]]> & ??");
     EXPECT_EQ(scan.points.x, clouds[i].points.x);
     EXPECT_EQ(scan.points.y, clouds[i].points.y);
@@ -159,8 +162,8 @@ TEST(E57Writer, XmlHasTheElementsOfTheStandardInTheirOrder) {
   spec.columns = 5;
   Cloud cloud = RandomCloud(1, 2);
   cloud.points.x = {1.5};
-  cloud.rows = {2};
-  cloud.columns = {4};
+  cloud.points.row = {2};
+  cloud.points.column = {4};
   WriteScan(dir / "a.e57", spec, cloud);
   const std::string payload = Payload(ReadBytes(dir / "a.e57"));
   std::size_t at = 0;
@@ -171,7 +174,7 @@ TEST(E57Writer, XmlHasTheElementsOfTheStandardInTheirOrder) {
         "<versionMajor type=\"Integer\">1</versionMajor>",
         "<versionMinor type=\"Integer\">0</versionMinor>",
         "<e57LibraryVersion type=\"String\"><![CDATA[backsight 0.1.0]]>",
-        "<coordinateMetadata type=\"String\">",
+        "<coordinateMetadata type=\"String\"><![CDATA[ENGCRS[]]]>",
         "<creationDateTime type=\"Structure\">",
         "<dateTimeValue type=\"Float\">1234567890.5<",
         "<isAtomicClockReferenced type=\"Integer\">0",

@@ -1,0 +1,201 @@
+#include "pipeline/cloud_outputs.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string_view>
+
+#include "core/error.h"
+#include "io/cloud_writer.h"
+#include "io/e57/e57_cloud_writer.h"
+#include "pipeline/e57_scans.h"
+#include "pipeline/run_outputs.h"
+#include "pipeline/version.h"
+#include "stages/merging.h"
+
+namespace backsight {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool IsPlaced(const CloudSource& source, std::size_t s) {
+  return source.stations[s].usable() && source.network.component[s] >= 0;
+}
+
+/// The stations in the frame of the control where there is one, otherwise in the survey frame.
+std::vector<MergeStation> MergeStationsOf(const std::vector<int>& stations,
+                                          const CloudSource& source) {
+  std::vector<MergeStation> members;
+  for (const int index : stations) {
+    const auto s = static_cast<std::size_t>(index);
+    const Station& station = source.stations[s];
+    MergeStation member;
+    member.number = index + 1;
+    member.frame_from_station =
+        source.ground.enu_from_station[s].value_or(source.network.survey_from_station[s]);
+    member.scale = source.ground.ScaleOf(source.network.component[s]);
+    member.range_origin = station.spec.scanner_origin_m.value_or(Eigen::Vector3d::Zero());
+    member.min = station.model.min;
+    member.max = station.model.max;
+    member.min_range_m = source.ingest.min_range_m;
+    member.max_range_m = source.ingest.max_range_m;
+    member.has_intensity = station.info.has_intensity;
+    member.has_rgb = station.info.has_rgb;
+    member.open = [path = station.spec.scan, scan = station.spec.scan_index] {
+      return OpenScan(path, scan);
+    };
+    members.push_back(std::move(member));
+  }
+  return members;
+}
+
+std::string ComponentPath(const std::string& path, int component) {
+  if (component == 0) return path;
+  const fs::path p(path);
+  return (p.parent_path() /
+          fmt::format("{}_component{}{}", p.stem().string(), component + 1, p.extension().string()))
+      .string();
+}
+
+std::unique_ptr<CloudWriter> CreateWriter(CloudFormat format, const CloudWriterSpec& spec) {
+  switch (format) {
+    case CloudFormat::kLas:
+      return CreateLasWriter(spec);
+    case CloudFormat::kPly:
+      return CreatePlyWriter(spec);
+    case CloudFormat::kPcd:
+      return CreatePcdWriter(spec);
+    case CloudFormat::kE57:
+      break;
+  }
+  throw InternalError("an E57 file is no flat cloud");
+}
+
+std::string_view NameOf(CloudFormat format) {
+  switch (format) {
+    case CloudFormat::kLas:
+      return "LAS 1.4";
+    case CloudFormat::kPly:
+      return "PLY";
+    case CloudFormat::kPcd:
+      return "PCD";
+    case CloudFormat::kE57:
+      break;
+  }
+  return "E57";
+}
+
+/// Points in output coordinates. A field is in the cloud only where every station has it.
+std::vector<WrittenFile> WriteFlat(const CloudOutput& output, const std::string& wkt,
+                                   std::vector<MergeStation> members, const MergeOptions& merge,
+                                   const ExecutionContext& context) {
+  const CloudBounds bounds = MergedBounds(members, merge);
+  CloudWriterSpec spec;
+  spec.wkt = wkt;
+  spec.path = output.path;
+  spec.generator = fmt::format("backsight {}", kVersion);
+  spec.min = bounds.min;
+  spec.max = bounds.max;
+  spec.has_intensity = std::all_of(members.begin(), members.end(),
+                                   [](const MergeStation& m) { return m.has_intensity; });
+  spec.has_rgb =
+      std::all_of(members.begin(), members.end(), [](const MergeStation& m) { return m.has_rgb; });
+  for (MergeStation& member : members) {
+    member.has_intensity = spec.has_intensity;
+    member.has_rgb = spec.has_rgb;
+  }
+  spec.max_points_per_file = static_cast<std::uint64_t>(output.max_points);
+  const auto writer = CreateWriter(output.format, spec);
+  MergeClouds(members, merge, *writer, context);
+  return WrittenFiles(spec, writer->Finish());
+}
+
+/// Points in their stations' frames, with the stations' poses.
+std::vector<WrittenFile> WriteE57(const CloudOutput& output, const std::vector<int>& stations,
+                                  const CloudSource& source, const GeodeticFrame* frame,
+                                  MergeOptions merge, const ExecutionContext& context) {
+  merge.in_station_frames = true;
+  const std::map<int, E57ScanSpec> scans = E57ScansOf(stations, source);
+  const auto writer = CreateE57CloudWriter(E57FileOf(output, scans, frame), scans);
+  MergeClouds(MergeStationsOf(stations, source), merge, *writer, context);
+  return {{output.path, writer->Finish()}};
+}
+
+/// Writes the stations, all of one component, as one cloud to output.path.
+void WriteCloud(const CloudOutput& output, const std::vector<int>& stations,
+                const CloudSource& source, const ExecutionContext& context, CloudFiles* written) {
+  const GeoreferencedNetwork& ground = source.ground;
+  const auto component = static_cast<std::size_t>(
+      source.network.component[static_cast<std::size_t>(stations.front())]);
+  const bool in_crs = ground.frame && ground.parts[component].placed();
+  MergeOptions merge;
+  if (in_crs) merge.map = [&](const Eigen::Vector3d& enu) { return ground.OutputFromEnu(enu); };
+  merge.thin_m = output.thin_m;
+  merge.crop = output.crop;
+  MakeDirectories(fs::path(output.path).parent_path().string());
+  const std::vector<WrittenFile> files =
+      output.format == CloudFormat::kE57
+          ? WriteE57(output, stations, source, in_crs ? ground.frame.get() : nullptr, merge,
+                     context)
+          : WriteFlat(output, in_crs ? ground.frame->wkt() : "", MergeStationsOf(stations, source),
+                      merge, context);
+  for (const WrittenFile& file : files) {
+    written->files.push_back({file.path, std::string(NameOf(output.format)), file.points});
+    if (file.points == 0) {
+      written->warnings.push_back(fmt::format("{}: no point lies within the crop box", file.path));
+    }
+  }
+}
+
+void WriteMergedClouds(const std::vector<CloudOutput>& wanted, const CloudSource& source,
+                       const ExecutionContext& context, CloudFiles* written) {
+  std::map<int, std::vector<int>> components;
+  for (std::size_t s = 0; s < source.stations.size(); ++s) {
+    if (IsPlaced(source, s)) components[source.network.component[s]].push_back(static_cast<int>(s));
+  }
+  for (const CloudOutput& output : wanted) {
+    for (const auto& [component, stations] : components) {
+      CloudOutput part = output;
+      part.path = ComponentPath(output.path, component);
+      WriteCloud(part, stations, source, context, written);
+    }
+  }
+}
+
+void WriteStationClouds(const CloudOutput& wanted, const CloudSource& source,
+                        const ExecutionContext& context, CloudFiles* written) {
+  std::string left_out;
+  for (std::size_t s = 0; s < source.stations.size(); ++s) {
+    const std::string& id = source.stations[s].spec.id;
+    if (!IsPlaced(source, s)) {
+      left_out += (left_out.empty() ? "" : ", ") + id;
+      continue;
+    }
+    CloudOutput output = wanted;
+    output.path = StationCloudPath(wanted, id);
+    WriteCloud(output, {static_cast<int>(s)}, source, context, written);
+  }
+  if (left_out.empty()) return;
+  written->warnings.push_back(
+      fmt::format("no registered cloud of {}: not placed in the network", left_out));
+}
+
+}  // namespace
+
+CloudFiles WriteClouds(const SurveyProject& project, const CloudSource& source,
+                       const std::string& out_directory, const ExecutionContext& context) {
+  CloudFiles written;
+  CloudOutput usual;
+  usual.path = (fs::path(out_directory) / "merged.las").string();
+  WriteMergedClouds(project.outputs.merged.value_or(std::vector{usual}), source, context, &written);
+  if (project.outputs.stations) {
+    WriteStationClouds(*project.outputs.stations, source, context, &written);
+  }
+  for (const std::string& warning : written.warnings) context.Warning(warning);
+  return written;
+}
+
+}  // namespace backsight

@@ -1,0 +1,84 @@
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "io/csv_table.h"
+#include "io/scan_reader.h"
+#include "tests/e2e/program.h"
+
+namespace backsight {
+namespace {
+
+using ::testing::HasSubstr;
+
+/// The yard in a CRS, scanned coarsely.
+std::string YardScene() {
+  std::string scene = ReadBytes("tests/e2e/scenes/yard.yaml");
+  const std::string fine = "step_deg: 0.3";
+  scene.replace(scene.find(fine), fine.size(), "step_deg: 0.4");
+  return scene +
+         "\ncrs: {horizontal: EPSG:25832, origin: [690000, 5336000, 520], heading_deg: 9}\n";
+}
+
+/// How many points of `scan` follow in the same order, bit by bit, among those of `source`.
+std::size_t CountInOrder(const PointChunk& scan, const PointChunk& source) {
+  std::size_t found = 0;
+  for (std::size_t i = 0; i < source.size() && found < scan.size(); ++i) {
+    const bool same = source.x[i] == scan.x[found] && source.y[i] == scan.y[found] &&
+                      source.z[i] == scan.z[found];
+    if (same) ++found;
+  }
+  return found;
+}
+
+RigidTransform EnuFromStation(const CsvTable& table, const CsvTable::Row& row) {
+  const auto cell = [&](const std::string& name) { return table.Real(row, "enu_" + name); };
+  return RigidTransform::FromQuaternion({cell("qw"), cell("qx"), cell("qy"), cell("qz")},
+                                        {cell("tx_m"), cell("ty_m"), cell("tz_m")});
+}
+
+TEST(CloudOutputs, StationsAreDeliveredAsE57WithTheirPoses) {
+  const ScratchFolder folder;
+  WriteBytes(folder / "scene.yaml", YardScene());
+  ASSERT_EQ(RunProgram(fmt::format("simulate '{}' '{}'", folder / "scene.yaml", folder / "yard"))
+                .exit_code,
+            0);
+  std::string project = ReadBytes(folder / "yard/yard.yaml");
+  const std::size_t merged = project.find("  merged:");
+  project.replace(merged, project.find('\n', merged) - merged,
+                  "  merged: [{format: e57, path: out/all.e57, thin_m: 0.05}]\n"
+                  "  stations: {format: e57, path: out/registered/}");
+  WriteBytes(folder / "yard/yard.yaml", project);
+  const ProgramRun run = RunProgram(fmt::format("run '{}' --quiet", folder / "yard/yard.yaml"));
+  ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
+
+  const std::string report = ReadBytes(folder / "yard/out/report.json");
+  EXPECT_THAT(report, HasSubstr("out/all.e57"));
+  const CsvTable poses = CsvTable::Load(folder / "yard/out/poses.csv");
+  ASSERT_EQ(poses.rows().size(), 5U);
+  int number = 0;
+  for (const CsvTable::Row& row : poses.rows()) {
+    const std::string id = poses.Text(row, "station");
+    const std::string path = folder / ("yard/out/registered/" + id + ".e57");
+    EXPECT_THAT(report, HasSubstr("out/registered/" + id + ".e57"));
+    const PointChunk scanned = ReadAllPoints(folder / ("yard/scans/" + id + ".ptx"));
+    const PointChunk written = ReadAllPoints(path);
+    EXPECT_EQ(CountInOrder(written, scanned), written.size());
+    EXPECT_GT(written.size(), scanned.size() * 99 / 100);
+
+    const ScanInfo info = OpenScan(path)->info();
+    EXPECT_EQ(info.name, id);
+    EXPECT_GT(info.rows, 0);
+    EXPECT_THAT(info.crs, HasSubstr("Local topocentric frame of ETRS89 / UTM zone 32N"));
+    EXPECT_LT((info.world_from_scan->Matrix() - EnuFromStation(poses, row).Matrix()).norm(), 1e-12);
+
+    const auto part = OpenScan(folder / "yard/out/all.e57", number++);
+    EXPECT_EQ(part->info().scan_count, 5);
+    EXPECT_EQ(part->info().guid, info.guid);
+    EXPECT_LT(*part->info().point_count, *info.point_count);
+    EXPECT_EQ(part->info().world_from_scan->Matrix(), info.world_from_scan->Matrix());
+  }
+}
+
+}  // namespace
+}  // namespace backsight
