@@ -1,6 +1,7 @@
 #include "io/run_tables.h"
 
 #include <Eigen/Geometry>
+#include <array>
 #include <optional>
 
 #include "core/error.h"
@@ -58,16 +59,16 @@ class CsvBuilder {
 /// Empty cells where no control places the station.
 void FillGround(CsvBuilder& csv, const std::optional<GroundPose>& ground) {
   csv.Transform("enu_", ground ? std::optional(ground->enu_from_station) : std::nullopt);
-  const auto cells = [&](const std::string& prefix, const Eigen::Vector3d& values) {
-    const char* const axes[] = {"e", "n", "u"};
-    for (int axis = 0; axis < 3; ++axis) {
-      csv.Real(prefix + axes[axis], ground ? std::optional(values[axis]) : std::nullopt);
+  const auto cells = [&](const std::array<const char*, 3>& columns, const Eigen::Vector3d& values) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      csv.Real(columns[i],
+               ground ? std::optional(values[static_cast<Eigen::Index>(i)]) : std::nullopt);
     }
   };
-  cells("crs_", ground ? ground->position : Eigen::Vector3d::Zero());
-  const GroundPose none;
-  const GroundPose& pose = ground ? *ground : none;
-  cells("sigma_enu_m_", SigmaOf(pose.enu_from_station, pose.covariance).position_m);
+  const GroundPose pose = ground.value_or(GroundPose{});
+  cells({"crs_easting", "crs_northing", "crs_height"}, pose.position);
+  cells({"sigma_east_m", "sigma_north_m", "sigma_up_m"},
+        SigmaOf(pose.enu_from_station, pose.covariance).position_m);
 }
 
 void FillPose(CsvBuilder& csv, const PoseRecord& pose) {

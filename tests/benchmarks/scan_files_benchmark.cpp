@@ -87,7 +87,7 @@ void WritePtx(const std::string& path, const Scan& scan) {
 }
 
 void WriteE57(const std::string& path, const Scan& scan, E57Coordinates coordinates) {
-  E57Writer writer({path, "file", "benchmark", std::nullopt});
+  E57Writer writer({path, "file", "benchmark", "", std::nullopt});
   E57ScanSpec spec;
   spec.guid = "scan";
   spec.coordinates = coordinates;

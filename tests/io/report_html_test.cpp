@@ -66,6 +66,22 @@ TEST(ReportHtml, ShowsVerdictStationsAndLinks) {
   if (const char* path = std::getenv("BACKSIGHT_KEEP_REPORT")) std::ofstream(path) << html;
 }
 
+TEST(ReportHtml, ShowsControlAndCheckPoints) {
+  RunRecord run = SampleRun();
+  std::string html = ReportHtml(run, {});
+  for (const char* part :
+       {"ETRS89 / UTM zone 32N", "ellipsoidal heights", "<td>P1</td>", "blunder, excluded",
+        "<td>C1</td>", "3D 2.3 mm", "n = 1, not ASPRS-conformant"}) {
+    EXPECT_THAT(html, HasSubstr(part));
+  }
+  run.georeference[0].status = "too_few_points";
+  html = ReportHtml(run, {});
+  EXPECT_THAT(html, HasSubstr("Not tied to the ground: too few points"));
+  EXPECT_THAT(html, Not(HasSubstr("<td>P1</td>")));
+  run.georeference.clear();
+  EXPECT_THAT(ReportHtml(run, {}), Not(HasSubstr("Control and check points")));
+}
+
 TEST(ReportHtml, CountsSkippedPairsByReason) {
   RunRecord run = SampleRun();
   LinkRecord skipped;
@@ -96,6 +112,9 @@ TEST(ReportHtml, EscapesEverything) {
   run.outputs[0].path = run.outputs[0].format = evil;
   run.gates[0].name = run.gates[0].limit = run.gates[0].value = evil;
   run.warnings = {evil};
+  GeoreferenceRecord& ground = run.georeference[0];
+  ground.crs = ground.heights = evil;
+  for (auto& point : ground.points) point.id = evil;
   run.network = {{evil, 1.0}};
   run.components[0].refinement = run.components[0].weakest_station = evil;
   run.closures[0].stations[1] = evil;

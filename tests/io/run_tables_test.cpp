@@ -33,7 +33,9 @@ std::string InternalComplaint(const std::function<void()>& function) {
 TEST(RunTables, HeadersAreFixed) {
   EXPECT_EQ(PosesCsv({}),
             "station,component,status,tx_m,ty_m,tz_m,qw,qx,qy,qz,reason,links,sigma_x_m,sigma_y_m,"
-            "sigma_z_m,sigma_worst_m,sigma_rx_deg,sigma_ry_deg,sigma_rz_deg\n");
+            "sigma_z_m,sigma_worst_m,sigma_rx_deg,sigma_ry_deg,sigma_rz_deg,enu_tx_m,enu_ty_m,"
+            "enu_tz_m,enu_qw,enu_qx,enu_qy,enu_qz,crs_easting,crs_northing,crs_height,"
+            "sigma_east_m,sigma_north_m,sigma_up_m\n");
   EXPECT_EQ(LinksCsv({}),
             "source,target,status,reason,tx_m,ty_m,tz_m,qw,qx,qy,qz,coarse_tx_m,coarse_ty_m,"
             "coarse_tz_m,coarse_qw,coarse_qx,coarse_qy,coarse_qz,overlap,rms_m,fine_status,"
@@ -141,8 +143,8 @@ TEST(RunJson, ParsesBackWithStableKeys) {
   for (const auto& [key, value] : json.items()) keys.push_back(key);
   EXPECT_EQ(keys, (std::vector<std::string>{"schema_version", "project_name", "version", "verdict",
                                             "exit_code", "gates", "network", "components",
-                                            "closures", "poses", "links", "skipped_pairs", "scans",
-                                            "outputs", "warnings"}));
+                                            "closures", "georeference", "poses", "links",
+                                            "skipped_pairs", "scans", "outputs", "warnings"}));
   EXPECT_EQ(json["links"].size(), run.links.size());
   EXPECT_EQ(json["links"][0]["rms_m"], run.links[0].rms_m);
   EXPECT_TRUE(json["links"][11]["target_from_source"].is_null());
@@ -155,6 +157,13 @@ TEST(RunJson, ParsesBackWithStableKeys) {
   EXPECT_EQ(json["links"][0]["held_out"]["planes"], run.links[0].held_out->planes);
   EXPECT_TRUE(json["links"][8]["held_out"].is_null());
   EXPECT_EQ(json["gates"][0]["passed"], false);
+  const auto& ground = json["georeference"][0];
+  EXPECT_EQ(ground["points"][1]["excluded"], true);
+  EXPECT_EQ(ground["points"][2]["role"], "check");
+  EXPECT_TRUE(ground["points"][2]["w"].is_null());
+  EXPECT_EQ(ground["check"]["rmse_3d_m"], run.georeference[0].check.rmse_3d_m);
+  EXPECT_EQ(json["poses"][1]["ground"]["crs_position"][0], 691023.25);
+  EXPECT_TRUE(json["poses"][10]["ground"].is_null());
   const auto poses = nlohmann::ordered_json::parse(PosesJson(run.poses));
   EXPECT_EQ(poses["poses"], json["poses"]);
 }

@@ -74,6 +74,33 @@ LinkRecord SampleLink(const RunRecord& run, int source, int target, LinkStatus s
   return link;
 }
 
+/// One control point, one that was excluded, one check point.
+GeoreferenceRecord SampleGeoreference() {
+  GeoreferenceRecord record;
+  record.status = "georeferenced";
+  record.crs = "ETRS89 / UTM zone 32N";
+  record.heights = "ellipsoidal heights";
+  record.origin_deg_deg_m = Eigen::Vector3d(48.15, 11.55, 560.0);
+  SurveyPointRecord control;
+  control.id = "P1";
+  control.sightings = 2;
+  control.residual_m = {0.001, -0.002, 0.0005};
+  control.free_residual_m = Eigen::Vector3d(0.0015, -0.0025, 0.0005);
+  control.w = Eigen::Vector3d(0.5, -1.1, 0.2);
+  SurveyPointRecord blunder = control;
+  blunder.id = "P2";
+  blunder.excluded = true;
+  SurveyPointRecord check = control;
+  check.id = "C1";
+  check.check = true;
+  check.free_residual_m.reset();
+  check.w.reset();
+  check.sigma_m = Eigen::Vector3d(0.002, 0.002, 0.003);
+  record.points = {control, blunder, check};
+  record.check = {1, {0.001, 0.002, 0.0005}, 0.00224, 0.00229, 0.0041};
+  return record;
+}
+
 }  // namespace
 
 RunRecord SampleRun() {
@@ -125,6 +152,9 @@ RunRecord SampleRun() {
                      .weakest_sigma_m = 0.0026},
                     {.component = 1, .stations = 2, .links = 1, .refinement = "too_few_planes"}};
   run.closures = {{{"S1", "S2", "S8"}, 0.021, 0.051, 0.0017, 0.004}};
+  run.georeference = {SampleGeoreference()};
+  run.poses[1].ground = GroundPose{run.poses[1].survey_from_station, *run.poses[1].covariance,
+                                   Eigen::Vector3d(691023.25, 5335821.5, 512.0)};
   run.network = {{"iterations", 9.0}, {"cost", 1.25}, {"removed_links", 0.0}};
   return run;
 }
