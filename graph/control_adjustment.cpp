@@ -254,6 +254,7 @@ class Adjuster {
     for (int axis = 0; axis < 3; ++axis) {
       if (checked(axis, axis) < kChecked * alone(axis, axis)) continue;
       result.w[axis] = pull[axis] / std::sqrt(checked(axis, axis));
+      result.checked[static_cast<std::size_t>(axis)] = true;
     }
     return result;
   }
@@ -288,6 +289,49 @@ class Adjuster {
   ControlAdjustmentResult result_;
 };
 
+/// Every 6x6 block of a joint covariance after a change of frame.
+Eigen::MatrixXd InFrame(const RigidTransform& frame_from_this, const Eigen::MatrixXd& joint) {
+  const Matrix6d adjoint = Adjoint(frame_from_this);
+  Eigen::MatrixXd moved(joint.rows(), joint.cols());
+  for (Eigen::Index i = 0; i < joint.rows(); i += 6) {
+    for (Eigen::Index j = 0; j < joint.cols(); j += 6) {
+      moved.block<6, 6>(i, j) = adjoint * joint.block<6, 6>(i, j) * adjoint.transpose();
+    }
+  }
+  return moved;
+}
+
+/// Coordinates of either side may be national ones: about their far-away zero rotations and
+/// translations would be all but the same, so both sides are centred on the points.
+ControlAdjustmentResult AdjustCentred(const ControlAdjustmentInput& input, bool move_stations) {
+  if (input.points.empty()) return {};
+  Eigen::Vector3d survey = Eigen::Vector3d::Zero();
+  Eigen::Vector3d enu = Eigen::Vector3d::Zero();
+  for (const SurveyedPoint& point : input.points) {
+    survey += MeanSurveyPoint(point, input.survey_from_station);
+    enu += point.enu_m;
+  }
+  survey /= static_cast<double>(input.points.size());
+  enu /= static_cast<double>(input.points.size());
+
+  ControlAdjustmentInput centred = input;
+  std::vector<RigidTransform> poses(input.survey_from_station.begin(),
+                                    input.survey_from_station.end());
+  for (RigidTransform& pose : poses) pose.translation -= survey;
+  centred.survey_from_station = poses;
+  const RigidTransform to_centre{Eigen::Matrix3d::Identity(), -survey};
+  centred.covariance = InFrame(to_centre, input.covariance);
+  for (SurveyedPoint& point : centred.points) point.enu_m -= enu;
+
+  ControlAdjustmentResult result = Adjuster(centred, move_stations).Run();
+  const RigidTransform from_centre{Eigen::Matrix3d::Identity(), enu};
+  result.enu_from_survey.translation +=
+      enu - result.scale * (result.enu_from_survey.rotation * survey);
+  for (RigidTransform& pose : result.enu_from_station) pose.translation += enu;
+  if (result.covariance.size() > 0) result.covariance = InFrame(from_centre, result.covariance);
+  return result;
+}
+
 }  // namespace
 
 Eigen::Matrix3d SurveyedPoint::Covariance() const {
@@ -312,13 +356,16 @@ bool IsDetermined(const ControlAdjustmentInput& input) {
 }
 
 ControlAdjustmentResult FitToControl(const ControlAdjustmentInput& input) {
-  ControlAdjustmentResult result = Adjuster(input, /*move_stations=*/false).Run();
-  for (PointResidual& residual : result.residuals) residual.w.setZero();
+  ControlAdjustmentResult result = AdjustCentred(input, /*move_stations=*/false);
+  for (PointResidual& residual : result.residuals) {
+    residual.w.setZero();
+    residual.checked = {false, false, false};
+  }
   return result;
 }
 
 ControlAdjustmentResult AdjustToControl(const ControlAdjustmentInput& input) {
-  return Adjuster(input, /*move_stations=*/true).Run();
+  return AdjustCentred(input, /*move_stations=*/true);
 }
 
 }  // namespace backsight

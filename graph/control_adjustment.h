@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <span>
 #include <vector>
 
@@ -48,6 +49,7 @@ struct PointResidual {
   /// procedure for use in geodetic networks): standard normal without one; 0 where nothing else
   /// checks the point.
   Eigen::Vector3d w = Eigen::Vector3d::Zero();
+  std::array<bool, 3> checked = {false, false, false};  ///< whether anything else checks it
 };
 
 struct ControlAdjustmentResult {

@@ -45,9 +45,27 @@ Object FindCrs(PJ_CONTEXT* context, const std::string& name, const std::string& 
                     "look it up with: projinfo " + name});
 }
 
+/// Mixed units would be read wrongly from the merged clouds.
+void RequireMetres(PJ_CONTEXT* context, const PJ* crs, const std::string& where) {
+  const Object system(proj_crs_get_coordinate_system(context, crs));
+  const int axes = proj_cs_get_axis_count(context, system.get());
+  for (int axis = 0; axis < axes; ++axis) {
+    double metres = 1.0;
+    const char* unit = "";
+    proj_cs_get_axis_info(context, system.get(), axis, nullptr, nullptr, nullptr, &metres, &unit,
+                          nullptr, nullptr);
+    if (metres == 1.0) continue;
+    throw InputError({where, fmt::format("{} counts in {}", proj_get_name(crs), unit),
+                      "a system in metres", "give control in a system in metres"});
+  }
+}
+
 Object FindHorizontal(PJ_CONTEXT* context, const std::string& name, const std::string& where) {
   Object crs = FindCrs(context, name, where);
-  if (proj_get_type(crs.get()) == PJ_TYPE_PROJECTED_CRS) return crs;
+  if (proj_get_type(crs.get()) == PJ_TYPE_PROJECTED_CRS) {
+    RequireMetres(context, crs.get(), where);
+    return crs;
+  }
   throw InputError({where,
                     fmt::format("{} ({}), which is not projected", name, proj_get_name(crs.get())),
                     "a projected coordinate reference system, like EPSG:25832",
@@ -56,7 +74,10 @@ Object FindHorizontal(PJ_CONTEXT* context, const std::string& name, const std::s
 
 Object FindVertical(PJ_CONTEXT* context, const std::string& name, const std::string& where) {
   Object crs = FindCrs(context, name, where);
-  if (proj_get_type(crs.get()) == PJ_TYPE_VERTICAL_CRS) return crs;
+  if (proj_get_type(crs.get()) == PJ_TYPE_VERTICAL_CRS) {
+    RequireMetres(context, crs.get(), where);
+    return crs;
+  }
   throw InputError({where,
                     fmt::format("{} ({}), which is not vertical", name, proj_get_name(crs.get())),
                     "a vertical coordinate reference system, like EPSG:7837",
@@ -147,7 +168,7 @@ struct GeodeticFrame::Parts {
   Eigen::Vector3d Convert(const Eigen::Vector3d& from, PJ_DIRECTION direction,
                           std::string_view frame) const {
     proj_errno_reset(operation.get());
-    const PJ_COORD in = proj_coord(from.x(), from.y(), from.z(), 0.0);
+    const PJ_COORD in = proj_coord(from.x(), from.y(), from.z(), HUGE_VAL);
     const PJ_COORD out = proj_trans(operation.get(), direction, in);
     const Eigen::Vector3d result(out.xyz.x, out.xyz.y, out.xyz.z);
     if (proj_errno(operation.get()) != 0 || !result.allFinite()) RefusePlace(frame, from);

@@ -14,16 +14,16 @@ class GeodeticFrame {
  public:
   /// `horizontal`: any projected CRS that PROJ knows ("EPSG:25832"); `vertical`: of its heights, or
   /// empty: heights are ellipsoidal. Throws InputError, `where` in it, for an unknown name, a CRS
-  /// of another kind, heights that need a grid that is not installed (named), and heights that can
-  /// be had through another datum only: none is ever guessed.
+  /// of another kind or not in metres, heights that need a grid that is not installed (named), and
+  /// heights that can be had through another datum only: none is ever guessed.
   GeodeticFrame(const std::string& horizontal, const std::string& vertical,
                 const std::string& where);
   ~GeodeticFrame();
   GeodeticFrame(GeodeticFrame&&) noexcept;
   GeodeticFrame& operator=(GeodeticFrame&&) noexcept;
 
-  /// Easting, northing and height of the origin, in this order and the CRS's own units whatever
-  /// the order of its axes. Throws InputError where the CRS does not reach.
+  /// Easting, northing and height of the origin, in metres and this order whatever the order of
+  /// the CRS's axes. Throws InputError where the CRS does not reach.
   void SetOrigin(const Eigen::Vector3d& crs);
 
   /// Throw InputError for a place that cannot be converted. They undo each other within 0.01 mm.

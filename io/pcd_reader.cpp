@@ -192,8 +192,9 @@ class PcdReader : public ScanReader {
   void AddCell(PointChunk& chunk) {
     if (info_.rows == 0) return;
     const auto columns = static_cast<std::uint64_t>(info_.columns);
-    collector_.AddCell(static_cast<double>(done_ / columns), static_cast<double>(done_ % columns),
-                       info_, chunk);
+    const std::uint64_t row = done_ / columns;
+    const std::uint64_t column = done_ % columns;
+    collector_.AddCell(static_cast<double>(row), static_cast<double>(column), info_, chunk);
   }
 
   void ReadLine(PointChunk& chunk) {

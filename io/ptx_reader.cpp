@@ -212,8 +212,9 @@ class PtxReader : public ScanReader {
   /// Records go up a column, then to the next.
   void AddCell(PointChunk& chunk) {
     const auto rows = static_cast<std::uint64_t>(place_.header.rows);
-    collector_.AddCell(static_cast<double>(done_ % rows), static_cast<double>(done_ / rows), info_,
-                       chunk);
+    const std::uint64_t row = done_ % rows;
+    const std::uint64_t column = done_ / rows;
+    collector_.AddCell(static_cast<double>(row), static_cast<double>(column), info_, chunk);
   }
 
   ByteSource source_;

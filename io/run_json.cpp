@@ -147,6 +147,7 @@ ordered_json ToJson(const SurveyPointRecord& point) {
           {"residual_m", ToJson(point.residual_m)},
           {"free_residual_m", ToJson(point.free_residual_m)},
           {"w", ToJson(point.w)},
+          {"checked", point.checked},
           {"sigma_m", ToJson(point.sigma_m)}};
 }
 

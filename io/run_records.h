@@ -125,9 +125,10 @@ struct SurveyPointRecord {
   bool excluded = false;  ///< a blunder: it takes no part
   int sightings = 0;
   Eigen::Vector3d residual_m = Eigen::Vector3d::Zero();
-  std::optional<Eigen::Vector3d> free_residual_m;  ///< control: of the network moved as a whole
-  std::optional<Eigen::Vector3d> w;                ///< control: Baarda's standardised residuals
-  std::optional<Eigen::Vector3d> sigma_m;          ///< check: predicted of the residual
+  std::optional<Eigen::Vector3d> free_residual_m;    ///< control: of the network moved as a whole
+  std::optional<Eigen::Vector3d> w;                  ///< control: Baarda's standardised residuals
+  std::array<bool, 3> checked = {true, true, true};  ///< control: whether anything else checks it
+  std::optional<Eigen::Vector3d> sigma_m;            ///< check: predicted of the residual
 };
 
 /// Root mean square errors over the check points of a component (ASPRS positional accuracy,

@@ -134,7 +134,13 @@ void WriteCloud(const CloudOutput& output, const std::vector<int>& stations,
   MergeOptions merge;
   if (in_crs) merge.map = [&](const Eigen::Vector3d& enu) { return ground.OutputFromEnu(enu); };
   merge.thin_m = output.thin_m;
-  merge.crop = output.crop;
+  const bool in_survey_frame = !ground.parts.empty() && !ground.parts[component].placed();
+  if (!in_survey_frame) {
+    merge.crop = output.crop;
+  } else if (output.crop) {
+    written->warnings.push_back(
+        fmt::format("{}: not cropped, because control does not place its stations", output.path));
+  }
   MakeDirectories(fs::path(output.path).parent_path().string());
   const std::vector<WrittenFile> files =
       output.format == CloudFormat::kE57

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 
 #include "core/error.h"
@@ -33,6 +34,35 @@ std::vector<TiltObservation> LevelledStations(const std::vector<StationSpec>& st
     tilts.push_back({static_cast<int>(s), stations[s].level_sigma_deg * std::numbers::pi / 180.0});
   }
   return tilts;
+}
+
+/// By component, of the points with role control and in whole metres: a slip of the pen in one of
+/// them does not move it far.
+Eigen::Vector3d MedianOfControl(const std::vector<ControlPoint>& control) {
+  Eigen::Vector3d median;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> values;
+    for (const ControlPoint& point : control) {
+      if (HasRole(point, Role::kControl)) values.push_back(point.crs_m[axis]);
+    }
+    if (values.empty()) return control.front().crs_m;
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    median[axis] = std::round(*middle);
+  }
+  return median;
+}
+
+/// Now, because after the registration it would cost the night.
+void RequireConvertible(const SurveyProject& project, const ControlPoint& point,
+                        const GeodeticFrame* frame) {
+  try {
+    MakePoint(point, frame);
+  } catch (const InputError& error) {
+    InputError::Details details = error.details();
+    details.where = fmt::format("{}: control: {}", project.path, point.id);
+    throw InputError(details);
+  }
 }
 
 void RequireEnoughControl(const SurveyProject& project, const GeodeticFrame* frame) {
@@ -133,10 +163,9 @@ std::shared_ptr<const GeodeticFrame> MakeControlFrame(const SurveyProject& proje
   if (project.crs) {
     frame = std::make_shared<GeodeticFrame>(project.crs->horizontal, project.crs->vertical,
                                             project.path + ": crs");
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    for (const ControlPoint& point : project.control) sum += point.crs_m;
-    frame->SetOrigin((sum / static_cast<double>(project.control.size())).array().round());
+    frame->SetOrigin(MedianOfControl(project.control));
   }
+  for (const ControlPoint& point : project.control) RequireConvertible(project, point, frame.get());
   RequireEnoughControl(project, frame.get());
   return frame;
 }

@@ -32,6 +32,7 @@ SurveyPointRecord ControlRecord(const SurveyProject& project, const Georeference
   record.residual_m = result.control[place].adjusted_m;
   record.free_residual_m = result.control[place].free_m;
   record.w = result.control[place].w;
+  record.checked = result.control[place].checked;
   return record;
 }
 
@@ -110,36 +111,92 @@ std::optional<GroundPose> MakeGroundPose(const GeoreferencedNetwork& ground, std
   return pose;
 }
 
-std::vector<std::string> GroundWarnings(const std::vector<GeoreferenceRecord>& records) {
-  std::vector<std::string> warnings;
-  for (const GeoreferenceRecord& record : records) {
-    const std::string component = fmt::format("component {}", record.component + 1);
-    if (record.status == "too_few_points") {
-      warnings.push_back(component + " has too few control points and stays in its survey frame");
-    } else if (record.status == "diverged") {
-      warnings.push_back(component + ": the adjustment to control failed");
-    } else if (record.status == "contradictory") {
-      warnings.push_back(fmt::format(
-          "{}: the control points contradict each other or the network (variance factor {:.1f}), "
-          "and it cannot be told which are wrong; all are used",
-          component, record.variance_factor));
+namespace {
+
+/// How the tie of one component ended, where that is not well.
+std::string StatusWarning(const GeoreferenceRecord& record) {
+  const std::string component = fmt::format("component {}", record.component + 1);
+  if (record.status == "too_few_points") {
+    return component + " has too few control points and stays in its survey frame";
+  }
+  if (record.status == "diverged") return component + ": the adjustment to control failed";
+  if (record.status == "contradictory") {
+    return fmt::format(
+        "{}: the control points contradict each other or the network (variance factor {:.1f}), and "
+        "it cannot be told which are wrong; all are used",
+        component, record.variance_factor);
+  }
+  if (record.variance_factor > 1.0) {
+    return fmt::format(
+        "{}: control and network disagree beyond their sigmas without a single blunder; "
+        "covariances were multiplied by {:.1f}",
+        component, record.variance_factor);
+  }
+  return {};
+}
+
+/// Coordinates of control that no redundancy tests: an error in them would not show.
+std::string UncheckedWarning(const GeoreferenceRecord& record) {
+  constexpr const char* kAxes[] = {"easting", "northing", "height"};
+  std::string list;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    std::string ids;
+    for (const SurveyPointRecord& point : record.points) {
+      if (point.check || point.excluded || point.checked[axis]) continue;
+      ids += (ids.empty() ? "" : ", ") + point.id;
     }
+    if (!ids.empty()) list += fmt::format("{}{} of {}", list.empty() ? "" : "; ", kAxes[axis], ids);
+  }
+  return list.empty() ? "" : "nothing else checks these coordinates of control: " + list;
+}
+
+/// Survey points of the project that are in no component with a place on the ground.
+std::string UnusedWarning(const SurveyProject& project,
+                          const std::vector<GeoreferenceRecord>& records) {
+  std::string ids;
+  for (const ControlPoint& point : project.control) {
+    const bool used = std::any_of(records.begin(), records.end(), [&](const auto& record) {
+      return std::any_of(record.points.begin(), record.points.end(),
+                         [&](const SurveyPointRecord& p) { return p.id == point.id; });
+    });
+    if (!used) ids += (ids.empty() ? "" : ", ") + point.id;
+  }
+  return ids.empty() ? "" : "survey points measured only from stations that are not placed: " + ids;
+}
+
+std::string ScaleWarning(const GeoreferenceRecord& record) {
+  constexpr double kNoticeable = 50.0;  // ppm
+  if (std::abs(record.scale_test_ppm) <= std::max(kNoticeable, 3.0 * record.scale_sigma_ppm)) {
+    return {};
+  }
+  return fmt::format(
+      "control says that the network's scale is off by {:.0f} ppm (sigma {:.0f}): check units, "
+      "zone, and whether grid distances were taken for ground distances",
+      record.scale_test_ppm, record.scale_sigma_ppm);
+}
+
+}  // namespace
+
+std::vector<std::string> GroundWarnings(const SurveyProject& project,
+                                        const std::vector<GeoreferenceRecord>& records) {
+  std::vector<std::string> warnings;
+  const auto add = [&](std::string warning) {
+    if (!warning.empty()) warnings.push_back(std::move(warning));
+  };
+  for (const GeoreferenceRecord& record : records) {
+    add(StatusWarning(record));
     for (const SurveyPointRecord& point : record.points) {
       if (!point.excluded) continue;
-      warnings.push_back(fmt::format(
+      add(fmt::format(
           "control point {} is off by ({:.1f}, {:.1f}, {:.1f}) mm, a blunder (w = {:.1f}); it was "
           "excluded",
           point.id, 1000.0 * point.residual_m.x(), 1000.0 * point.residual_m.y(),
           1000.0 * point.residual_m.z(), point.w->cwiseAbs().maxCoeff()));
     }
-    constexpr double kNoticeable = 50.0;  // ppm
-    if (std::abs(record.scale_test_ppm) > std::max(kNoticeable, 3.0 * record.scale_sigma_ppm)) {
-      warnings.push_back(fmt::format(
-          "control says that the network's scale is off by {:.0f} ppm (sigma {:.0f}): check units, "
-          "zone, and whether grid distances were taken for ground distances",
-          record.scale_test_ppm, record.scale_sigma_ppm));
-    }
+    add(UncheckedWarning(record));
+    add(ScaleWarning(record));
   }
+  if (!records.empty()) add(UnusedWarning(project, records));
   return warnings;
 }
 

@@ -15,7 +15,9 @@ std::vector<GeoreferenceRecord> MakeGeoreferenceRecords(const SurveyProject& pro
 /// A station in the frame of the control, where it has a place there.
 std::optional<GroundPose> MakeGroundPose(const GeoreferencedNetwork& ground, std::size_t station);
 
-/// What a surveyor must be told of control: blunders, contradictions, scale, components without.
-std::vector<std::string> GroundWarnings(const std::vector<GeoreferenceRecord>& records);
+/// What a surveyor must be told of control: points that are not used or that nothing checks,
+/// blunders, contradictions, scale, components without.
+std::vector<std::string> GroundWarnings(const SurveyProject& project,
+                                        const std::vector<GeoreferenceRecord>& records);
 
 }  // namespace backsight

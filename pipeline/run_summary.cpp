@@ -65,14 +65,18 @@ std::optional<PoseSigma> SigmaOnGround(const PoseRecord& pose) {
   return SigmaOf(pose.ground->enu_from_station, pose.ground->covariance);
 }
 
-/// Check points of the main network; none of them is a failure, too.
+/// The component with the largest error; no check points at all are a failure, too.
 GateRecord JudgeCheckPoints(double limit_mm, const std::vector<GeoreferenceRecord>& georeference) {
-  const CheckRecord check = georeference.empty() ? CheckRecord{} : georeference.front().check;
-  const double rmse_mm = 1000.0 * check.rmse_3d_m;
+  CheckRecord worst;
+  for (const GeoreferenceRecord& record : georeference) {
+    if (record.check.points == 0) continue;
+    if (worst.points == 0 || record.check.rmse_3d_m > worst.rmse_3d_m) worst = record.check;
+  }
+  const double rmse_mm = 1000.0 * worst.rmse_3d_m;
   return {"max_check_rmse_mm", fmt::format("{:g} mm, 3D", limit_mm),
-          check.points == 0 ? "no check points"
-                            : fmt::format("{:.2f} mm, n = {}", rmse_mm, check.points),
-          check.points > 0 && rmse_mm <= limit_mm};
+          worst.points == 0 ? "no check points"
+                            : fmt::format("{:.2f} mm, n = {}", rmse_mm, worst.points),
+          worst.points > 0 && rmse_mm <= limit_mm};
 }
 
 std::vector<GateRecord> JudgeGates(const GateSpec& gates, const std::vector<PoseRecord>& poses,
@@ -240,7 +244,7 @@ RunRecord SummarizeRun(const SurveyProject& project, const std::vector<Station>&
   Judge(&run);
   AddWarnings(&run);
   AddPlacementWarnings(stations, network, &run);
-  for (std::string& warning : GroundWarnings(run.georeference)) {
+  for (std::string& warning : GroundWarnings(project, run.georeference)) {
     run.warnings.push_back(std::move(warning));
   }
   const PoseGraphResult& poses = network.solution.poses;

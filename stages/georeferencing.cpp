@@ -94,7 +94,10 @@ class Georeferencing {
     if (result_.adjustment.status != ControlAdjustmentResult::Status::kAdjusted) return;
     std::size_t next = 0;
     for (std::size_t k = 0; k < result_.excluded.size(); ++k) {
-      if (result_.excluded[k] == 0) result_.control[k].w = result_.adjustment.residuals[next++].w;
+      if (result_.excluded[k] != 0) continue;
+      const PointResidual& residual = result_.adjustment.residuals[next++];
+      result_.control[k].w = residual.w;
+      result_.control[k].checked = residual.checked;
     }
   }
 
@@ -120,11 +123,34 @@ class Georeferencing {
       const int worst = MostSuspicious();
       if (worst < 0) return true;
       if (3 * ++excluded > input_.control.size()) return false;
+      if (AnotherExplainsIt(worst)) return false;
       result_.excluded[static_cast<std::size_t>(worst)] = 1;
       const ControlAdjustmentInput rest = MakeInput(input_, options_, result_.excluded);
       // Three points cannot tell which of them is wrong once one is gone.
       if (rest.points.size() < 3 || !IsDetermined(rest)) return false;
     }
+  }
+
+  /// True if leaving out another suspicious point instead of `worst` would end all suspicion too:
+  /// then nothing tells which of them is wrong (four heights over three unknowns, for one).
+  bool AnotherExplainsIt(int worst) const {
+    for (std::size_t k = 0; k < result_.excluded.size(); ++k) {
+      const double w = result_.control[k].w.cwiseAbs().maxCoeff();
+      if (static_cast<int>(k) == worst || result_.excluded[k] != 0 || w <= options_.blunder_limit) {
+        continue;
+      }
+      std::vector<char> excluded = result_.excluded;
+      excluded[k] = 1;
+      const ControlAdjustmentInput rest = MakeInput(input_, options_, excluded);
+      const ControlAdjustmentResult without = AdjustToControl(rest);
+      if (without.status != ControlAdjustmentResult::Status::kAdjusted) continue;
+      const bool calm = std::none_of(
+          without.residuals.begin(), without.residuals.end(), [&](const PointResidual& residual) {
+            return residual.w.cwiseAbs().maxCoeff() > options_.blunder_limit;
+          });
+      if (calm) return true;
+    }
+    return false;
   }
 
   void GrowCovariance() {

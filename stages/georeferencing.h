@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <vector>
 
 #include "core/option_visitor.h"
@@ -29,6 +30,7 @@ struct ControlResidual {
   Eigen::Vector3d free_m = Eigen::Vector3d::Zero();  ///< with the network moved as a whole
   Eigen::Vector3d adjusted_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d w = Eigen::Vector3d::Zero();  ///< PointResidual; of an excluded point its last
+  std::array<bool, 3> checked = {false, false, false};  ///< PointResidual
   int sightings = 0;
 };
 
@@ -58,8 +60,9 @@ struct GeoreferencingResult {
 
 /// Ties a component to its control. Each point is tested against the others (Baarda's w, a priori
 /// variances); the most suspicious is excluded and all are tested anew, up to a third of them and
-/// as long as the rest determine the motion; beyond that the control contradicts itself, which the
-/// status says. Scale is 1 unless asked for, and always tested. Time O(blunders (6 M)^3).
+/// as long as the rest determine the motion. Beyond that, or where another point in its place would
+/// explain the residuals as well, the control contradicts itself, which the status says. Scale is 1
+/// unless asked for, and always tested. Time O(blunders (6 M)^3).
 GeoreferencingResult Georeference(const GeoreferencingInput& input,
                                   const GeoreferencingOptions& options);
 

@@ -91,6 +91,39 @@ TEST(ControlAdjustment, TestsNameTheMovedPoint) {
   }
 }
 
+TEST(ControlAdjustment, NationalCoordinatesOnEitherSideChangeNothing) {
+  const ControlSurvey survey(13);
+  const ControlAdjustmentResult near = AdjustToControl(survey.Input());
+  ASSERT_EQ(near.status, Status::kAdjusted);
+  const Eigen::Vector3d far(691000.0, 5336000.0, 500.0);
+  ControlSurvey moved = survey;
+  for (SurveyedPoint& point : moved.points) point.enu_m += far;
+  const ControlAdjustmentResult there = AdjustToControl(moved.Input());
+  ASSERT_EQ(there.status, Status::kAdjusted);
+  for (std::size_t s = 0; s < kStations; ++s) {
+    EXPECT_LT(
+        (there.enu_from_station[s].translation - far - near.enu_from_station[s].translation).norm(),
+        1e-7);
+  }
+  // The survey frame may be far away as well: that of a scan in national coordinates.
+  ControlSurvey distant = survey;
+  for (RigidTransform& pose : distant.survey_from_station) pose.translation += far;
+  Matrix6d adjoint = Adjoint({Eigen::Matrix3d::Identity(), far});
+  for (Eigen::Index i = 0; i < distant.covariance.rows(); i += 6) {
+    for (Eigen::Index j = 0; j < distant.covariance.cols(); j += 6) {
+      distant.covariance.block<6, 6>(i, j) =
+          adjoint * survey.covariance.block<6, 6>(i, j) * adjoint.transpose();
+    }
+  }
+  const ControlAdjustmentResult from_there = AdjustToControl(distant.Input());
+  ASSERT_EQ(from_there.status, Status::kAdjusted);
+  for (std::size_t s = 0; s < kStations; ++s) {
+    EXPECT_LT(
+        (from_there.enu_from_station[s].translation - near.enu_from_station[s].translation).norm(),
+        1e-5);
+  }
+}
+
 TEST(ControlAdjustment, ScaleIsFoundWhereAskedFor) {
   ControlSurvey survey(11, 8, 0.0);
   constexpr double kScale = 1.0003;

@@ -111,6 +111,7 @@ TEST(GeodeticFrame, EastingComesFirstWhateverTheAxesOrder) {
 TEST(GeodeticFrame, RefusesWhatItWouldHaveToGuess) {
   EXPECT_THAT(Refusal("EPSG:99999", ""), HasSubstr("PROJ knows"));
   EXPECT_THAT(Refusal("EPSG:4258", ""), HasSubstr("not projected"));
+  EXPECT_THAT(Refusal("EPSG:2263", ""), HasSubstr("US survey foot"));
   EXPECT_THAT(Refusal("EPSG:25832", "EPSG:4258"), HasSubstr("not vertical"));
   EXPECT_THAT(Refusal("EPSG:25832", "EPSG:5773"), HasSubstr("different datums"));
   EXPECT_THAT(Refusal("EPSG:25832", "EPSG:7837"), HasSubstr("GCG2016"));

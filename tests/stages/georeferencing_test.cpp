@@ -79,6 +79,46 @@ TEST(Georeferencing, ControlThatCannotBeToldApartIsContradictory) {
   EXPECT_GT(sigma, 0.01);
 }
 
+/// Control on a horizontal plane, all measured from the datum station.
+ControlSurvey PlaneSurvey(const std::vector<Eigen::Vector2d>& places) {
+  ControlSurvey survey(6, 0);
+  survey.enu_from_survey.rotation = ExpSo3({0.0, 0.0, 1.2});
+  for (const Eigen::Vector2d& place : places) {
+    survey.AddPoint(1, 1.0);
+    const Eigen::Vector3d at(place.x(), place.y(), 1.0);
+    survey.points.back().enu_m = survey.enu_from_survey * at;
+    survey.points.back().sightings = {{0, at}};
+  }
+  return survey;
+}
+
+const std::vector<Eigen::Vector2d> kSquare = {{40, 38}, {-41, 36}, {-35, -40}, {38, -42}};
+
+TEST(Georeferencing, NoGoodPointIsBlamedForTheHeightOfAnother) {
+  // Four heights over the three unknowns of a plane: residuals alone cannot tell which is wrong.
+  for (std::size_t moved = 0; moved < 4; ++moved) {
+    ControlSurvey survey = PlaneSurvey(kSquare);
+    survey.points[moved].enu_m.z() += 0.1;
+    const GeoreferencingResult result = Georeference(InputOf(survey, 0), {});
+    EXPECT_EQ(result.status, Status::kContradictory) << moved;
+    EXPECT_EQ(std::count(result.excluded.begin(), result.excluded.end(), 1), 0) << moved;
+  }
+}
+
+TEST(Georeferencing, HeightsOfThreePointsAreNotChecked) {
+  const auto checks = [](const std::vector<Eigen::Vector2d>& places) {
+    std::vector<std::array<bool, 3>> checked;
+    const GeoreferencingResult result = Georeference(InputOf(PlaneSurvey(places), 0), {});
+    for (const ControlResidual& residual : result.control) checked.push_back(residual.checked);
+    return checked;
+  };
+  for (const auto& point : checks({kSquare.begin(), kSquare.begin() + 3})) {
+    EXPECT_TRUE(point[0] && point[1]);
+    EXPECT_FALSE(point[2]);
+  }
+  for (const auto& point : checks(kSquare)) EXPECT_TRUE(point[0] && point[1] && point[2]);
+}
+
 TEST(Georeferencing, GridDistancesShowAsScale) {
   ControlSurvey survey(8, 12);
   for (SurveyedPoint& point : survey.points) point.enu_m *= 1.0004;
