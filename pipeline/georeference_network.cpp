@@ -56,13 +56,23 @@ Eigen::Vector3d MedianOfControl(const std::vector<ControlPoint>& control) {
 /// Now, because after the registration it would cost the night.
 void RequireConvertible(const SurveyProject& project, const ControlPoint& point,
                         const GeodeticFrame* frame) {
+  if (frame == nullptr) return;
+  const std::string where = fmt::format("{}: control: {}", project.path, point.id);
+  Eigen::Vector3d back;
   try {
-    MakePoint(point, frame);
+    back = frame->CrsFromEnu(MakePoint(point, frame).enu_m);
   } catch (const InputError& error) {
     InputError::Details details = error.details();
-    details.where = fmt::format("{}: control: {}", project.path, point.id);
+    details.where = where;
     throw InputError(details);
   }
+  constexpr double kSame = 1e-3;  // far outside its zone a projection may know no way back
+  if ((back - point.crs_m).norm() <= kSame) return;
+  throw InputError(
+      {where,
+       fmt::format("({:.3f}, {:.3f}, {:.3f})", point.crs_m.x(), point.crs_m.y(), point.crs_m.z()),
+       "a place where " + frame->name() + " is defined",
+       "check the order (easting, northing, height), units and zone"});
 }
 
 void RequireEnoughControl(const SurveyProject& project, const GeodeticFrame* frame) {

@@ -127,7 +127,7 @@ TEST_F(Georeferenced, ControlThatCannotPlaceAnythingIsRefusedBeforeTheRun) {
   // A check point that cannot be converted would otherwise be found out after the registration.
   project = Project();
   const std::size_t easting = project.find("crs: [", FindPoint(project, "P20")) + 6;
-  project.replace(easting, project.find(',', easting) - easting, "1e30");
+  project.replace(easting, project.find(',', easting) - easting, "99000000");
   WriteBytes(*folder_ / "yard/nowhere.yaml", project);
   const ProgramRun run = RunProgram(fmt::format("check '{}'", *folder_ / "yard/nowhere.yaml"));
   EXPECT_EQ(run.exit_code, 2) << run.out;
