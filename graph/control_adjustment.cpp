@@ -4,6 +4,7 @@
 #include <Eigen/SVD>
 #include <cmath>
 
+#include "graph/network_covariance.h"
 #include "graph/rigid_fit.h"
 
 namespace backsight {
@@ -244,7 +245,6 @@ class Adjuster {
     const Eigen::MatrixXd jacobian = JacobianOf(point);
     const Eigen::MatrixXd shift = point.axes.replicate(n, 1);  // of all sightings, by a blunder
     PointResidual result;
-    result.mean_m = shift.transpose() * residuals / static_cast<double>(n);
     const Eigen::MatrixXd cofactors = Variance(point) - jacobian * inverse * jacobian.transpose();
     const Eigen::MatrixXd weighted = weight * shift;
     const Eigen::Matrix3d alone = shift.transpose() * weighted;
@@ -288,18 +288,6 @@ class Adjuster {
   Eigen::VectorXd gradient_;
   ControlAdjustmentResult result_;
 };
-
-/// Every 6x6 block of a joint covariance after a change of frame.
-Eigen::MatrixXd InFrame(const RigidTransform& frame_from_this, const Eigen::MatrixXd& joint) {
-  const Matrix6d adjoint = Adjoint(frame_from_this);
-  Eigen::MatrixXd moved(joint.rows(), joint.cols());
-  for (Eigen::Index i = 0; i < joint.rows(); i += 6) {
-    for (Eigen::Index j = 0; j < joint.cols(); j += 6) {
-      moved.block<6, 6>(i, j) = adjoint * joint.block<6, 6>(i, j) * adjoint.transpose();
-    }
-  }
-  return moved;
-}
 
 /// Coordinates of either side may be national ones: about their far-away zero rotations and
 /// translations would be all but the same, so both sides are centred on the points.

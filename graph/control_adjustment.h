@@ -42,9 +42,8 @@ struct ControlAdjustmentInput {
   bool estimate_scale = false;
 };
 
-/// Residuals of one point, along its axes: what the stations see of it less its given coordinates.
+/// How the residuals of one point stand against its given coordinates, along its axes.
 struct PointResidual {
-  Eigen::Vector3d mean_m = Eigen::Vector3d::Zero();  ///< over its sightings
   /// Baarda's w for a blunder in the given coordinates along each axis (Baarda 1968, A testing
   /// procedure for use in geodetic networks): standard normal without one; 0 where nothing else
   /// checks the point.

@@ -106,6 +106,17 @@ Eigen::MatrixXd JointCovariance(std::span<const PoseGraphLink> links,
   return matrix;
 }
 
+Eigen::MatrixXd InFrame(const RigidTransform& to_frame, const Eigen::MatrixXd& joint) {
+  const Matrix6d adjoint = Adjoint(to_frame);
+  Eigen::MatrixXd moved(joint.rows(), joint.cols());
+  for (Eigen::Index i = 0; i < joint.rows(); i += 6) {
+    for (Eigen::Index j = 0; j < joint.cols(); j += 6) {
+      moved.block<6, 6>(i, j) = adjoint * joint.block<6, 6>(i, j) * adjoint.transpose();
+    }
+  }
+  return moved;
+}
+
 Matrix6d RelativeCovariance(const Eigen::MatrixXd& joint, int source, int target,
                             const RigidTransform& survey_from_target) {
   const Eigen::Index s = 6 * source;

@@ -16,6 +16,9 @@ Eigen::MatrixXd JointCovariance(std::span<const PoseGraphLink> links,
                                 const std::vector<double>& weights, const std::vector<char>& fixed,
                                 std::span<const RigidTransform> poses);
 
+/// A joint covariance after all poses were moved by `to_frame` from the left.
+Eigen::MatrixXd InFrame(const RigidTransform& to_frame, const Eigen::MatrixXd& joint);
+
 /// Covariance of target_from_source between any two stations of one component, from the joint one:
 /// a change of the poses by xi_s and xi_t changes it by Ad(target_from_survey) (xi_s - xi_t).
 Matrix6d RelativeCovariance(const Eigen::MatrixXd& joint, int source, int target,

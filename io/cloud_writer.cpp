@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "core/error.h"
+
 namespace backsight {
 
 std::vector<WrittenFile> WrittenFiles(const CloudWriterSpec& spec, std::uint64_t points) {
@@ -18,6 +20,12 @@ std::vector<WrittenFile> WrittenFiles(const CloudWriterSpec& spec, std::uint64_t
     files.push_back({(path.parent_path() / name).string(), std::min(left, most)});
   }
   return files;
+}
+
+void RequireStationNumber(const std::string& path, int station_number) {
+  if (station_number >= 1 && station_number <= 65535) return;
+  throw InputError({path, fmt::format("station number {}", station_number), "1 to 65535",
+                    "merge fewer stations into one file"});
 }
 
 }  // namespace backsight

@@ -47,6 +47,9 @@ class CloudWriter {
   virtual std::uint64_t Finish() = 0;
 };
 
+/// Throws InputError for a number that 16 bits cannot hold or that is 0.
+void RequireStationNumber(const std::string& path, int station_number);
+
 /// LAS 1.4, point format 6, or 7 with colour. Before anything is written it is checked that the
 /// bounds fit into 32 bit steps of `scale_m`; before a file gets its name it is read again from end
 /// to end, and must have the count, bounds and reference system that were written (VerifyLas).

@@ -2,7 +2,6 @@
 
 #include <array>
 
-#include "core/error.h"
 #include "io/atomic_file.h"
 #include "io/cloud_writer.h"
 #include "io/endian_bytes.h"
@@ -17,10 +16,7 @@ class PcdWriter : public CloudWriter {
   }
 
   void Write(const PointChunk& chunk, int station_number) override {
-    if (station_number < 1 || station_number > 65535) {
-      throw InputError({spec_.path, fmt::format("station number {}", station_number), "1 to 65535",
-                        "merge fewer stations into one file"});
-    }
+    RequireStationNumber(spec_.path, station_number);
     std::array<char, 34> record{};
     for (std::size_t i = 0; i < chunk.size(); ++i) {
       char* end = record.data();

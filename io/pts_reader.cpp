@@ -31,9 +31,7 @@ class PtsReader : public ScanReader {
     info_.point_count = scan_.points;
     lines_.Restart(scan_.offset, scan_.lines_before);
     records_.GuessLayout(true, scan_.points, info_.notes);
-    info_.has_intensity = records_.layout().HasIntensity();
-    info_.has_rgb = records_.layout().HasRgb();
-    info_.rgb_16_bit = info_.has_rgb && records_.layout().color_scale != ColorScale::k8Bit;
+    records_.Describe(info_);
     collector_.Configure(false, records_.layout().intensity_range);
   }
 

@@ -106,7 +106,7 @@ std::string GeoreferenceSection(const RunRecord& run) {
     if (run.georeference.size() > 1) {
       html += fmt::format("<h3>Component {}</h3>\n", g.component);
     }
-    if (g.status != "georeferenced" && g.status != "contradictory") {
+    if (!g.placed()) {
       html += HtmlSentence("Not tied to the ground: " + HtmlText(CodeWords(g.status)) +
                            ". It stays in its own survey frame.");
       continue;

@@ -158,6 +158,9 @@ struct GeoreferenceRecord {
   double variance_factor = 1.0;  ///< applied to the covariances
   std::vector<SurveyPointRecord> points;
   CheckRecord check;
+
+  /// Whether control places the component, be it with contradictions.
+  bool placed() const { return status == "georeferenced" || status == "contradictory"; }
 };
 
 /// One scan as it was read.

@@ -17,9 +17,7 @@ class XyzReader : public ScanReader {
                          "check that this is a point cloud");
     }
     records_.GuessLayout(false, UINT64_MAX, info_.notes);
-    info_.has_intensity = records_.layout().HasIntensity();
-    info_.has_rgb = records_.layout().HasRgb();
-    info_.rgb_16_bit = info_.has_rgb && records_.layout().color_scale != ColorScale::k8Bit;
+    records_.Describe(info_);
     collector_.Configure(false, records_.layout().intensity_range);
   }
 

@@ -98,6 +98,12 @@ void XyzRecords::GuessLayout(bool is_pts, std::uint64_t most, std::vector<std::s
   lines_.Restart(offset, line_number);
 }
 
+void XyzRecords::Describe(ScanInfo& info) const {
+  info.has_intensity = layout_.HasIntensity();
+  info.has_rgb = layout_.HasRgb();
+  info.rgb_16_bit = info.has_rgb && layout_.color_scale != ColorScale::k8Bit;
+}
+
 bool XyzRecords::Next() {
   std::string_view line;
   if (!NextLine(line)) return false;

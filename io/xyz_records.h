@@ -26,6 +26,8 @@ class XyzRecords {
   /// Guesses the columns from the next lines, at most `most`, notes them and returns to where it
   /// began. Damage behind the first of these lines is left to be found by Next().
   void GuessLayout(bool is_pts, std::uint64_t most, std::vector<std::string>& notes);
+  /// What the guessed columns hold.
+  void Describe(ScanInfo& info) const;
   /// Reads the next record; false at the end of the file. Throws InputError for a line that has not
   /// as many numbers as the first.
   bool Next();

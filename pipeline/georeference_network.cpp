@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "core/error.h"
+#include "graph/network_covariance.h"
 
 namespace backsight {
 namespace {
@@ -106,10 +107,7 @@ Eigen::MatrixXd JointCovarianceOf(const NetworkPart& part, const std::vector<Sta
     return joint;
   }
   const auto datum = static_cast<std::size_t>(part.stations.front());
-  const Matrix6d adjoint = Adjoint(stations[datum].model.StationFromInstrument());
-  Eigen::MatrixXd change = Eigen::MatrixXd::Zero(rows, rows);
-  for (Eigen::Index row = 0; row < rows; row += 6) change.block<6, 6>(row, row) = adjoint;
-  return change * part.refinement.covariance * change.transpose();
+  return InFrame(stations[datum].model.StationFromInstrument(), part.refinement.covariance);
 }
 
 /// The sightings of a point from the stations of a component, by place in it.

@@ -110,9 +110,7 @@ std::vector<GateRecord> JudgeGates(const GateSpec& gates, const std::vector<Pose
 
 /// False if there is control and it does not place the main network.
 bool IsOnGround(const RunRecord& run) {
-  if (run.georeference.empty()) return true;
-  const std::string& status = run.georeference.front().status;
-  return status == "georeferenced" || status == "contradictory";
+  return run.georeference.empty() || run.georeference.front().placed();
 }
 
 /// Sets verdict and exit code. A failed gate outranks a partial result: it was asked for.
