@@ -102,6 +102,13 @@ struct People {
   Eigen::Vector2d max_m = Eigen::Vector2d(10.0, 10.0);
 };
 
+/// Cars that pass along a lane: every scan sees them in other places of it.
+struct Traffic {
+  int count = 0;
+  Eigen::Vector2d from_m = Eigen::Vector2d::Zero();  ///< the lane's axis, in driving direction
+  Eigen::Vector2d to_m = Eigen::Vector2d::Zero();
+};
+
 struct StationSite {
   std::string id;
   Eigen::Vector2d position_m = Eigen::Vector2d::Zero();
@@ -166,6 +173,7 @@ struct Scene {
   std::vector<Tree> trees;
   std::vector<Car> cars;
   People people;
+  std::vector<Traffic> traffic;
   Scanner scanner;
   std::vector<StationSite> stations;
   std::vector<ControlSite> control;

@@ -129,7 +129,9 @@ Scene ReadScene(const std::string& path) {
   scene.poles = ReadList(root, "poles", &ReadPole);
   scene.trees = ReadList(root, "trees", &ReadTree);
   scene.cars = ReadList(root, "cars", &ReadCar);
-  scene.people = ReadPeople(root.Optional("moving"));
+  const YamlValue moving = root.Optional("moving");
+  scene.people = ReadPeople(moving);
+  scene.traffic = ReadList(moving, "traffic", &ReadTraffic);
   scene.scanner = ReadScanner(root.Optional("scanner"));
   scene.stations = ReadStationSites(root.Required("stations"), scene.ground);
   scene.control = ReadControlSites(root.Optional("control"));

@@ -151,8 +151,9 @@ Car ReadCar(const YamlValue& map) {
 
 People ReadPeople(const YamlValue& map) {
   People people;
-  if (!map.present()) return people;
-  people.count = map.Required("people").Integer(0, 0, 1000);
+  const YamlValue count = map.Optional("people");
+  if (!count.present()) return people;
+  people.count = count.Integer(0, 0, 1000);
   const YamlValue area = map.Required("area_m");
   const std::vector<double> v = area.Reals(4, {-kFarthest, kFarthest, "m"});
   people.min_m = {v[0], v[1]};
@@ -162,6 +163,16 @@ People ReadPeople(const YamlValue& map) {
     area.Reject("[x_min, y_min, x_max, y_max] at least 0.5 m wide");
   }
   return people;
+}
+
+Traffic ReadTraffic(const YamlValue& map) {
+  Traffic traffic;
+  traffic.count = map.Required("count").Integer(0, 0, 1000);
+  traffic.from_m = ReadPlanPosition(map.Required("from_m"));
+  const YamlValue to = map.Required("to_m");
+  traffic.to_m = ReadPlanPosition(to);
+  if ((traffic.to_m - traffic.from_m).norm() < 1.0) to.Reject("a lane of at least 1 m");
+  return traffic;
 }
 
 }  // namespace backsight

@@ -14,6 +14,7 @@ Pole ReadPole(const YamlValue& map);
 Tree ReadTree(const YamlValue& map);
 Car ReadCar(const YamlValue& map);
 People ReadPeople(const YamlValue& map);
+Traffic ReadTraffic(const YamlValue& map);
 
 /// A required position in the plan.
 Eigen::Vector2d ReadPlanPosition(const YamlValue& value);

@@ -169,20 +169,19 @@ CloudIndex::CloudIndex(const StationModel& model)
       sample(SampleCloud(model, 20000)) {}
 
 Sight LookAt(const StationModel& viewer, const Eigen::Vector3d& point,
-             const Eigen::Vector3f& normal) {
+             const Eigen::Vector3f& normal, const SightTolerance& tolerance) {
   const RangeImage::Window window = viewer.range_image.Around(point);
   if (window.farthest_m == 0.0F) return Sight::kNotInView;
   const double range = point.norm();
-  // The window reaches 1.5 pixels: what a surface varies over it is what three sigma are elsewhere.
-  const double spread = 1.5 * range * viewer.range_image.PixelAngle();
+  const double spread = tolerance.pixels * range * viewer.range_image.PixelAngle();
   constexpr double kLeastSine = 0.05;
   const double sine = normal.allFinite()
                           ? std::max(std::abs(normal.cast<double>().dot(point)) / range, kLeastSine)
                           : kLeastSine;
-  const double tolerance = std::min(3.0 * viewer.resolution_m() + spread / sine, 1.0);
-  if (window.gap_m <= tolerance) return Sight::kAgrees;
-  if (range < window.nearest_m - tolerance) return Sight::kSeenThrough;
-  return range > window.farthest_m + tolerance ? Sight::kHidden : Sight::kUnclear;
+  const double slack = std::min(tolerance.voxels * viewer.resolution_m() + spread / sine, 1.0);
+  if (window.gap_m <= slack) return Sight::kAgrees;
+  if (range < window.nearest_m - slack) return Sight::kSeenThrough;
+  return range > window.farthest_m + slack ? Sight::kHidden : Sight::kUnclear;
 }
 
 CloudAgreement CompareClouds(const Surface& moved, const CloudSample& sample,

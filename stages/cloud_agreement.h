@@ -45,10 +45,18 @@ enum class Sight {
   kUnclear,      ///< in front and behind: an edge
 };
 
-/// `point` and `normal` in the viewer's frame; the normal may be NaN. The tolerance is 3 l and what
-/// a surface at that incidence varies over the window of three by three pixels, at most 1 m.
+/// Ranges that differ by less are of one surface.
+struct SightTolerance {
+  double voxels = 3.0;  ///< in l of the viewer
+  /// And what a surface at the point's incidence varies over so many pixels; the default is the
+  /// reach of a window of three by three.
+  double pixels = 1.5;
+};
+
+/// `point` and `normal` in the viewer's frame; the normal may be NaN. Compares the point's range
+/// with those in three by three pixels; the tolerance is at most 1 m.
 Sight LookAt(const StationModel& viewer, const Eigen::Vector3d& point,
-             const Eigen::Vector3f& normal);
+             const Eigen::Vector3f& normal, const SightTolerance& tolerance = {});
 
 /// A ratio of sums over groups, with the standard deviation that the groups' scatter gives it.
 struct RatioEstimate {

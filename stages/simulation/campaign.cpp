@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "core/random.h"
+#include "stages/simulation/moving_geometry.h"
 #include "stages/simulation/ray_caster.h"
 #include "stages/simulation/scene_geometry.h"
 
@@ -70,7 +71,7 @@ StationScan SimulateStation(const Campaign& campaign, std::size_t station,
   // A town is more than a station sees: the rest would only slow the ray caster down.
   TriangleMesh mesh = TrianglesWithin(campaign.still, truth.world_from_station.translation,
                                       campaign.scene.scanner.max_range_m);
-  AddPeople(campaign.scene, campaign.ground, station, mesh);
+  AddMovingObjects(campaign.scene, campaign.ground, station, mesh);
   const RayCaster caster(std::move(mesh));
   return MeasureStation(caster, truth.world_from_station, campaign.scene.scanner,
                         DeriveSeed(campaign.scene.seed, "scan of " + truth.id), execution);

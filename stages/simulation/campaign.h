@@ -24,7 +24,7 @@ struct StationTruth {
 struct Campaign {
   Scene scene;
   GroundModel ground;
-  TriangleMesh still;  ///< everything but the people
+  TriangleMesh still;  ///< everything but people and traffic
   std::vector<StationTruth> stations;
 };
 
@@ -50,7 +50,7 @@ struct SimulatedTarget {
 };
 
 /// Surveys every target, and measures it from every station that has it within its range and field
-/// of view with nothing that stands still (people wait) in between.
+/// of view with nothing that stands still (people and cars wait) in between.
 std::vector<SimulatedTarget> MeasureTargets(const Campaign& campaign);
 
 }  // namespace backsight

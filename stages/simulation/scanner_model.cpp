@@ -71,8 +71,9 @@ class StationScanner {
                  const Scanner& scanner, std::uint64_t seed)
       : caster_(caster), world_from_station_(world_from_station), scanner_(scanner), seed_(seed) {}
 
-  /// Fills record `index` of the grid; false if nothing came back.
-  bool Measure(const Eigen::Vector3d& direction, std::size_t index, PointChunk& grid) const {
+  /// Fills record `index` of the scan; false if nothing came back.
+  bool Measure(const Eigen::Vector3d& direction, std::size_t index, StationScan& scan) const {
+    PointChunk& grid = scan.grid;
     RayRandom random(seed_, index);
     const RayBundle beam = MakeBeam(world_from_station_.translation,
                                     world_from_station_.rotation * direction, scanner_);
@@ -85,6 +86,7 @@ class StationScanner {
     grid.y[index] = range * direction.y();
     grid.z[index] = range * direction.z();
     const Material& material = caster_.material(echo.material);
+    scan.moving[index] = material.moving ? 1 : 0;
     const double falloff = 1.0 + std::pow(echo.range_m / 30.0, 2);
     const double shine = material.reflectance * echo.cos_incidence / falloff;
     grid.intensity[index] =
@@ -154,6 +156,7 @@ StationScan MeasureStation(const RayCaster& caster, const RigidTransform& world_
   for (auto* axis : {&scan.grid.x, &scan.grid.y, &scan.grid.z}) axis->assign(rows * columns, 0.0);
   scan.grid.intensity.assign(rows * columns, 0.0F);
   scan.grid.rgb.assign(rows * columns, {0, 0, 0});
+  scan.moving.assign(rows * columns, 0);
 
   const StationScanner station(caster, world_from_station, scanner, seed);
   std::atomic<std::uint64_t> returns = 0;
@@ -167,7 +170,7 @@ StationScan MeasureStation(const RayCaster& caster, const RigidTransform& world_
           kRadians * (scanner.min_elevation_deg + scanner.step_deg * static_cast<double>(row));
       const Eigen::Vector3d direction(std::cos(elevation) * std::cos(azimuth),
                                       std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
-      if (station.Measure(direction, column * rows + row, scan.grid)) ++seen;
+      if (station.Measure(direction, column * rows + row, scan)) ++seen;
     }
     returns += seen;
   };

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "core/execution.h"
 #include "core/point_chunk.h"
@@ -17,6 +18,8 @@ struct StationScan {
   /// rows * columns records, column by column; (0, 0, 0) where nothing came back. Intensity and
   /// rgb are filled.
   PointChunk grid;
+  /// Per record of the grid: whether what came back is of a moving material.
+  std::vector<std::uint8_t> moving;
   std::uint64_t returns = 0;
 };
 

@@ -10,8 +10,4 @@ namespace backsight {
 /// from a seed of its own, so that adding one leaves the others as they were.
 TriangleMesh BuildStaticMesh(const Scene& scene, const GroundModel& ground);
 
-/// Adds the walking people as the scan number `scan` sees them. They keep clear of the stations and
-/// of what stands still; who finds no place is left out.
-void AddPeople(const Scene& scene, const GroundModel& ground, std::size_t scan, TriangleMesh& mesh);
-
 }  // namespace backsight

@@ -15,6 +15,7 @@ struct Material {
   double reflectance = 0.5;                     ///< diffuse, 0 to 1
   std::array<double, 3> rgb = {0.5, 0.5, 0.5};  ///< 0 to 1
   bool glass = false;                           ///< mostly lets the pulse through
+  bool moving = false;                          ///< elsewhere in every scan
 };
 
 using MaterialId = std::uint16_t;

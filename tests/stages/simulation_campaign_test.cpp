@@ -1,10 +1,11 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "stages/simulation/campaign.h"
+#include "stages/simulation/moving_geometry.h"
 #include "stages/simulation/ray_caster.h"
-#include "stages/simulation/scene_geometry.h"
 
 namespace backsight {
 namespace {
@@ -149,7 +150,7 @@ TEST(Campaign, PeopleMoveBetweenScansAndStayWithinTheirArea) {
   const GroundModel ground(scene.ground, scene.seed);
   const auto people = [&](std::size_t scan) {
     TriangleMesh mesh;
-    AddPeople(scene, ground, scan, mesh);
+    AddMovingObjects(scene, ground, scan, mesh);
     return mesh.vertices;
   };
   EXPECT_FALSE(people(0).empty());
@@ -160,6 +161,23 @@ TEST(Campaign, PeopleMoveBetweenScansAndStayWithinTheirArea) {
     EXPECT_LT(vertex.x(), 6.0F);
     EXPECT_LT(vertex.y(), -1.0F);
   }
+}
+
+TEST(Campaign, CarsPassOnTheirLanesAndOnlyWhatMovesIsMarked) {
+  Scene scene = SmallScene(Orientation::kLevelled);
+  scene.scanner.mixed_pixels = false;
+  scene.traffic = {{2, {-9.0, -7.0}, {9.0, -7.0}}};
+  const StationScan busy = SimulateStation(PrepareCampaign(scene), 0, ExecutionContext(2));
+  scene.traffic.clear();
+  const StationScan quiet = SimulateStation(PrepareCampaign(scene), 0, ExecutionContext(2));
+  std::size_t moving = 0;
+  for (std::size_t i = 0; i < busy.grid.size(); ++i) {
+    if (busy.moving[i] != 0) ++moving;
+    if (busy.moving[i] != 0 || busy.grid.x[i] == quiet.grid.x[i]) continue;
+    EXPECT_EQ(busy.grid.x[i], 0.0);  // a pulse that the car swallowed
+  }
+  EXPECT_GT(moving, 100U);
+  EXPECT_EQ(std::count(quiet.moving.begin(), quiet.moving.end(), 1), 0);
 }
 
 TEST(Campaign, SameSeedSameScansForAnyThreadsAnotherSeedDiffers) {

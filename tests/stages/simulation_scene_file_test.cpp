@@ -56,7 +56,7 @@ barriers: [{from_m: [0, 0], to_m: [0, 4], kind: fence}]
 poles: [{position_m: [3, 4], lamp: false}]
 trees: [{position_m: [5, 6], leaves: 10}]
 cars: [{position_m: [7, 8], heading_deg: -45}]
-moving: {people: 4, area_m: [-1, -2, 3, 4]}
+moving: {people: 4, area_m: [-1, -2, 3, 4], traffic: [{count: 2, from_m: [0, 1], to_m: [5, 1]}]}
 scanner: {step_deg: 0.5, orientation: random_so3, mixed_pixels: false}
 stations: [{id: A1, position_m: [1, 1]}]
 control: [{id: C1, position_m: [1, 2, 3], role: check, sigma_m: 0.004}]
@@ -76,6 +76,9 @@ control: [{id: C1, position_m: [1, 2, 3], role: check, sigma_m: 0.004}]
   EXPECT_EQ(scene.cars.at(0).heading_deg, -45.0);
   EXPECT_EQ(scene.people.count, 4);
   EXPECT_EQ(scene.people.max_m, Eigen::Vector2d(3, 4));
+  ASSERT_EQ(scene.traffic.size(), 1U);
+  EXPECT_EQ(scene.traffic[0].count, 2);
+  EXPECT_EQ(scene.traffic[0].to_m, Eigen::Vector2d(5, 1));
   EXPECT_EQ(scene.scanner.orientation, Orientation::kRandomSo3);
   EXPECT_FALSE(scene.scanner.mixed_pixels);
   EXPECT_EQ(scene.stations.at(0).id, "A1");
@@ -127,11 +130,12 @@ TEST_F(SceneFile, NeedsStations) {
 
 TEST_F(SceneFile, RefusesAnEmptyAreaAndAPointForALine) {
   const std::string error = ErrorOf(R"(schema_version: 1
-moving: {people: 2, area_m: [1, 1, 0, 5]}
+moving: {people: 2, area_m: [1, 1, 0, 5], traffic: [{count: 1, from_m: [0, 1], to_m: [0, 1]}]}
 barriers: [{from_m: [1, 1], to_m: [1, 1]}]
 stations: [{id: S1, position_m: [0, 0]}]
 )");
   EXPECT_THAT(error, HasSubstr(".yaml:2"));
+  EXPECT_THAT(error, HasSubstr("moving.traffic[0].to_m"));
   EXPECT_THAT(error, HasSubstr(".yaml:3"));
 }
 

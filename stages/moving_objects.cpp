@@ -1,0 +1,199 @@
+#include "stages/moving_objects.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <queue>
+#include <tuple>
+
+namespace backsight {
+namespace {
+
+/// How many of the other stations say what of one voxel.
+struct Testimony {
+  int past = 0;   ///< saw clearly beyond it
+  int there = 0;  ///< saw something at its range, there or close by
+  int met = 0;    ///< saw something at its range in its very pixel
+};
+
+enum class Label : char { kUnknown, kMoving, kStill };
+
+/// Within this distance voxels belong together; where beams are far apart, voxels are, too.
+double ReachAt(const StationModel& model, std::size_t leaf, double voxels) {
+  const double spacing = model.leaves[leaf].cluster.mean.norm() * model.range_image.PixelAngle();
+  return voxels * std::max(model.resolution_m(), spacing);
+}
+
+void Hear(const PlacedSurface& own, const PlacedSurface& witness, double clearance,
+          std::vector<Testimony>* said) {
+  // Things that move are small: they are not slanted over a whole window of pixels.
+  const SightTolerance tolerance{.voxels = clearance, .pixels = 0.5};
+  const RigidTransform witness_from_own =
+      witness.frame_from_instrument.Inverse() * own.frame_from_instrument;
+  const Eigen::Matrix3f rotation = witness_from_own.rotation.cast<float>();
+  const StationModel& viewer = witness.surface.model;
+  const double clearance_m = clearance * viewer.resolution_m();
+  for (std::size_t i = 0; i < said->size(); ++i) {
+    const Eigen::Vector3d point = witness_from_own * own.surface.model.leaves[i].cluster.mean;
+    const Sight sight = LookAt(viewer, point, rotation * own.surface.normals[i], tolerance);
+    Testimony& testimony = (*said)[i];
+    testimony.past += sight == Sight::kSeenThrough ? 1 : 0;
+    testimony.there += sight == Sight::kAgrees ? 1 : 0;
+    const RangeImage::Pixel& pixel = viewer.range_image.At(point);
+    const double range = point.norm();
+    const bool met = pixel.max_m > 0.0F && range > pixel.min_m - clearance_m &&
+                     range < pixel.max_m + clearance_m;
+    testimony.met += met ? 1 : 0;
+  }
+}
+
+std::vector<Testimony> HearAll(const std::vector<PlacedSurface>& surfaces, std::size_t own,
+                               const MovingObjectOptions& options) {
+  std::vector<Testimony> said(surfaces[own].surface.model.leaves.size());
+  for (std::size_t w = 0; w < surfaces.size(); ++w) {
+    if (w == own || !surfaces[w].surface.scanner_credible) continue;
+    Hear(surfaces[own], surfaces[w], options.clearance, &said);
+  }
+  return said;
+}
+
+/// What can be said of voxels from the testimony on them and on those around them.
+std::vector<Label> LabelByTestimony(const PlacedSurface& own, const std::vector<Testimony>& said,
+                                    const MovingObjectOptions& options) {
+  const StationModel& model = own.surface.model;
+  const auto is_suspect = [&](std::size_t i) { return said[i].past > said[i].there; };
+  std::vector<Label> labels(said.size(), Label::kUnknown);
+  for (std::size_t i = 0; i < said.size(); ++i) {
+    if (said[i].met > said[i].past) labels[i] = Label::kStill;
+    if (!is_suspect(i)) continue;
+    const auto around =
+        own.index.search.Within(model.leaves[i].cluster.mean, ReachAt(model, i, options.reach));
+    const auto suspects = std::count_if(around.begin(), around.end(),
+                                        [&](const auto& near) { return is_suspect(near.index); });
+    if (static_cast<double>(suspects) >= options.majority * static_cast<double>(around.size())) {
+      labels[i] = Label::kMoving;
+    }
+  }
+  return labels;
+}
+
+/// Gives voxels of which nothing is known the label from which they are reached at the least cost
+/// (seeded region growing, Adams and Bischof 1994, doi 10.1109/34.295913): distance, which counts
+/// more where the surface turns, and little where a moving object meets what others saw past. So an
+/// object takes its parts, and the ground keeps its own.
+class RegionGrowing {
+ public:
+  RegionGrowing(const PlacedSurface& own, const std::vector<Testimony>& said,
+                std::vector<Label>* labels)
+      : own_(own), said_(said), labels_(*labels), cost_(labels->size(), HUGE_VAL) {}
+
+  /// Only what hangs together with moving voxels is looked at.
+  void Run() {
+    for (const std::uint32_t seed : SeedsInReach()) Spread(seed, 0.0);
+    while (!queue_.empty()) {
+      const auto [cost, leaf, label] = queue_.top();
+      queue_.pop();
+      if (labels_[leaf] != Label::kUnknown) continue;
+      labels_[leaf] = label;
+      Spread(leaf, cost);
+    }
+  }
+
+ private:
+  using Entry = std::tuple<double, std::uint32_t, Label>;  // cost, leaf, label
+
+  std::vector<NeighborSearch::Neighbor> Around(std::uint32_t leaf) const {
+    constexpr double kStep = 2.0;  // voxels
+    const StationModel& model = own_.surface.model;
+    return own_.index.search.Within(model.leaves[leaf].cluster.mean,
+                                    ReachAt(model, leaf, kStep));
+  }
+
+  /// Moving voxels, and still ones that touch the unknown region about them.
+  std::vector<std::uint32_t> SeedsInReach() const {
+    std::vector<char> visited(labels_.size(), 0);
+    std::vector<std::uint32_t> front;
+    std::vector<std::uint32_t> seeds;
+    const auto visit = [&](std::uint32_t leaf) {
+      if (visited[leaf] != 0) return;
+      visited[leaf] = 1;
+      if (labels_[leaf] != Label::kStill) front.push_back(leaf);
+      if (labels_[leaf] != Label::kUnknown) seeds.push_back(leaf);
+    };
+    for (std::uint32_t leaf = 0; leaf < labels_.size(); ++leaf) {
+      if (labels_[leaf] == Label::kMoving) visit(leaf);
+    }
+    while (!front.empty()) {
+      const std::uint32_t leaf = front.back();
+      front.pop_back();
+      for (const auto& near : Around(leaf)) visit(near.index);
+    }
+    return seeds;
+  }
+
+  void Spread(std::uint32_t from, double cost) {
+    for (const auto& near : Around(from)) {
+      if (labels_[near.index] != Label::kUnknown) continue;
+      const double reached = cost + StepCost(from, near);
+      if (reached >= cost_[near.index]) continue;
+      cost_[near.index] = reached;
+      queue_.emplace(reached, near.index, labels_[from]);
+    }
+  }
+
+  double StepCost(std::uint32_t from, const NeighborSearch::Neighbor& to) const {
+    constexpr double kTurnWeight = 20.0;  // of 1 - cos of the angle between the normals
+    constexpr double kUndefinedTurn = 0.5;
+    constexpr double kSuspicion = 0.05;
+    const Eigen::Vector3f& a = own_.surface.normals[from];
+    const Eigen::Vector3f& b = own_.surface.normals[to.index];
+    const bool defined = a.allFinite() && b.allFinite();
+    const double turn = defined ? 1.0 - std::abs(a.dot(b)) : kUndefinedTurn;
+    const Testimony& testimony = said_[to.index];
+    const bool fits = labels_[from] == Label::kMoving && testimony.past > testimony.met;
+    return (fits ? kSuspicion : 1.0) * to.distance_m * (1.0 + kTurnWeight * turn);
+  }
+
+  const PlacedSurface& own_;
+  const std::vector<Testimony>& said_;
+  std::vector<Label>& labels_;
+  std::vector<double> cost_;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue_;
+};
+
+MovingLeaves Gather(const StationModel& model, const std::vector<Label>& labels) {
+  MovingLeaves moving;
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    if (labels[i] != Label::kMoving) continue;
+    moving.leaves.push_back(static_cast<std::uint32_t>(i));
+    moving.points += static_cast<std::uint64_t>(model.leaves[i].cluster.count);
+  }
+  return moving;
+}
+
+}  // namespace
+
+void VisitOptions(OptionVisitor& visitor, MovingObjectOptions& options) {
+  visitor.Real("clearance", options.clearance, "voxels", 1.0, 20.0,
+               "how far beyond a point other stations must have seen for it to have moved");
+  visitor.Real("reach", options.reach, "voxels", 1.0, 20.0,
+               "radius of the neighbourhood that is judged together");
+  visitor.Real("majority", options.majority, "1", 0.0, 1.0,
+               "share of the neighbourhood that others must have seen through");
+}
+
+std::vector<MovingLeaves> FindMovingLeaves(const std::vector<PlacedSurface>& surfaces,
+                                           const MovingObjectOptions& options,
+                                           const ExecutionContext& context) {
+  std::vector<MovingLeaves> result(surfaces.size());
+  context.ParallelFor(surfaces.size(), [&](std::size_t s) {
+    context.CheckStop();
+    const std::vector<Testimony> said = HearAll(surfaces, s, options);
+    std::vector<Label> labels = LabelByTestimony(surfaces[s], said, options);
+    RegionGrowing(surfaces[s], said, &labels).Run();
+    result[s] = Gather(surfaces[s].surface.model, labels);
+  });
+  return result;
+}
+
+}  // namespace backsight

@@ -1,0 +1,113 @@
+#include "stages/moving_objects.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "tests/support/moving_scene.h"
+
+namespace backsight {
+namespace {
+
+/// Points of a campaign by what they are and what was said of them.
+struct Counts {
+  double moving = 0.0;
+  double moving_found = 0.0;
+  double still = 0.0;
+  double still_found = 0.0;
+};
+
+Counts Count(const ScannedCampaign& campaign, const std::vector<MovingLeaves>& found) {
+  Counts counts;
+  for (std::size_t s = 0; s < campaign.stations.size(); ++s) {
+    const auto& [scan, model, features, index] = campaign.stations[s];
+    std::vector<std::uint64_t> keys;
+    for (const std::uint32_t leaf : found[s].leaves) keys.push_back(model.leaves[leaf].key);
+    for (std::size_t i = 0; i < scan.grid.size(); ++i) {
+      const Eigen::Vector3d point(scan.grid.x[i], scan.grid.y[i], scan.grid.z[i]);
+      if (point.isZero(0.0)) continue;
+      const double is_found =
+          std::binary_search(keys.begin(), keys.end(), model.lattice.Key(point)) ? 1.0 : 0.0;
+      (scan.moving[i] != 0 ? counts.moving : counts.still) += 1.0;
+      (scan.moving[i] != 0 ? counts.moving_found : counts.still_found) += is_found;
+    }
+  }
+  return counts;
+}
+
+std::vector<MovingLeaves> Find(const ScannedCampaign& campaign, int threads = 2) {
+  return FindMovingLeaves(campaign.Placed(), {}, ExecutionContext(threads));
+}
+
+void Print(const char* scene, const Counts& counts) {
+  fmt::print("{}: {:.0f} points moved, {:.2f} % of them found; {:.3f} % of the others\n", scene,
+             counts.moving, 100.0 * counts.moving_found / counts.moving,
+             100.0 * counts.still_found / counts.still);
+}
+
+TEST(MovingObjects, NineTenthsOfPeopleAndCarsAreFoundAndHardlyAnythingElse) {
+  for (const std::uint64_t seed : {1, 2, 6}) {
+    const ScannedCampaign campaign = ScanCampaign(BusyStreet(seed), ExecutionContext(2));
+    const std::vector<MovingLeaves> found = Find(campaign);
+    const Counts counts = Count(campaign, found);
+    Print("street", counts);
+    EXPECT_GT(counts.moving, 20000.0);
+    EXPECT_GE(counts.moving_found, 0.9 * counts.moving);
+    EXPECT_LE(counts.still_found, 0.005 * counts.still);
+    double points = 0.0;
+    for (const MovingLeaves& station : found) points += static_cast<double>(station.points);
+    EXPECT_EQ(points, counts.moving_found + counts.still_found);
+  }
+}
+
+/// Few stations see a person among pillars and shelves, so the share is of all seeds together.
+TEST(MovingObjects, PeopleInAHallAreFoundWhateverWayTheInstrumentsStand) {
+  Counts all;
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    const ScannedCampaign campaign = ScanCampaign(BusyHall(seed), ExecutionContext(2));
+    const Counts counts = Count(campaign, Find(campaign));
+    Print("hall", counts);
+    EXPECT_LE(counts.still_found, 0.005 * counts.still);
+    all.moving += counts.moving;
+    all.moving_found += counts.moving_found;
+  }
+  EXPECT_GE(all.moving_found, 0.9 * all.moving);
+}
+
+TEST(MovingObjects, NothingIsFoundWhereNothingMoves) {
+  Scene scene = BusyStreet(3);
+  scene.people.count = 0;
+  scene.traffic.clear();
+  const ScannedCampaign campaign = ScanCampaign(scene, ExecutionContext(2));
+  const Counts counts = Count(campaign, Find(campaign));
+  EXPECT_EQ(counts.moving, 0.0);
+  EXPECT_LE(counts.still_found, 0.002 * counts.still);
+}
+
+TEST(MovingObjects, OneThreadFindsWhatManyFind) {
+  Scene scene = BusyHall(4);
+  scene.scanner.step_deg = 0.6;
+  const ScannedCampaign campaign = ScanCampaign(scene, ExecutionContext(2));
+  const std::vector<MovingLeaves> one = Find(campaign, 1);
+  const std::vector<MovingLeaves> many = Find(campaign, 4);
+  for (std::size_t s = 0; s < one.size(); ++s) {
+    EXPECT_FALSE(one[s].leaves.empty());
+    EXPECT_EQ(one[s].leaves, many[s].leaves);
+    EXPECT_EQ(one[s].points, many[s].points);
+  }
+}
+
+TEST(MovingObjects, WhoseScannerIsUnknownIsNoWitness) {
+  Scene scene = BusyHall(5);
+  scene.scanner.step_deg = 0.6;
+  ScannedCampaign campaign = ScanCampaign(scene, ExecutionContext(2));
+  for (ScannedStation& station : campaign.stations) station.features.scanner_credible = false;
+  campaign.stations.front().features.scanner_credible = true;
+  const std::vector<MovingLeaves> found = Find(campaign);
+  EXPECT_TRUE(found.front().leaves.empty());
+  EXPECT_FALSE(found[1].leaves.empty());
+}
+
+}  // namespace
+}  // namespace backsight
