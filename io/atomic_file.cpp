@@ -1,15 +1,13 @@
 #include "io/atomic_file.h"
 
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <atomic>
 #include <cerrno>
-#include <cstring>
 
 #include "core/error.h"
+#include "io/temporary_file.h"
 
 namespace backsight {
 namespace {
@@ -22,31 +20,6 @@ std::string DirectoryOf(const std::string& path) {
   return slash == 0 ? "/" : path.substr(0, slash);
 }
 
-/// Unique within the process by a counter, between processes by the process id, and between
-/// machines on a shared disk because the file must not exist yet (O_EXCL).
-std::string TemporaryName(const std::string& path) {
-  static std::atomic<unsigned> counter{0};
-  return fmt::format("{}.tmp-{}-{}", path, ::getpid(), counter++);
-}
-
-std::string_view RemedyFor(int error) {
-  switch (error) {
-    case ENOSPC:
-    case EDQUOT:
-    case EFBIG:
-      return "free disk space or write elsewhere";
-    case ENOENT:
-    case ENOTDIR:
-      return "create the directory first";
-    case EACCES:
-    case EPERM:
-    case EROFS:
-      return "choose a place you may write to";
-    default:
-      return "check the output path and the disk";
-  }
-}
-
 }  // namespace
 
 AtomicFile::AtomicFile(std::string path) : path_(std::move(path)) {
@@ -55,11 +28,9 @@ AtomicFile::AtomicFile(std::string path) : path_(std::move(path)) {
     errno = EISDIR;
     Fail("cannot be written");
   }
-  do {
-    temporary_path_ = TemporaryName(path_);
-    file_ = ::open(temporary_path_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-  } while (file_ < 0 && errno == EEXIST);
-  if (file_ < 0) Fail("cannot be written");
+  const TemporaryFile temporary = CreateTemporaryFile(path_);
+  file_ = temporary.descriptor;
+  temporary_path_ = temporary.path;
   pending_ = true;
   buffer_.reserve(kBufferBytes);
 }
@@ -97,13 +68,7 @@ void AtomicFile::Flush() {
 
 void AtomicFile::WriteAt(std::uint64_t offset, std::string_view bytes) {
   BACKSIGHT_CHECK(file_ >= 0, "the file is sealed or committed");
-  while (!bytes.empty()) {
-    const ssize_t put = ::pwrite(file_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
-    if (put < 0 && errno == EINTR) continue;
-    if (put < 0) Fail("writing failed");
-    bytes.remove_prefix(static_cast<std::size_t>(put));
-    offset += static_cast<std::uint64_t>(put);
-  }
+  backsight::WriteAt(file_, offset, bytes, path_);
 }
 
 void AtomicFile::Sync() {
@@ -113,7 +78,7 @@ void AtomicFile::Sync() {
 
 void AtomicFile::Seal() {
   Sync();
-  buffer_ = {};
+  std::vector<char>().swap(buffer_);
   const int closed = ::close(file_);
   file_ = -1;
   if (closed != 0) Fail("writing failed");
@@ -135,11 +100,7 @@ void AtomicFile::Commit() {
   if (!synced) Fail("its directory cannot be synchronised");
 }
 
-void AtomicFile::Fail(std::string_view action) const {
-  const int error = errno;
-  throw InputError({path_, fmt::format("{}: {}", action, std::strerror(error)), "",
-                    std::string(RemedyFor(error))});
-}
+void AtomicFile::Fail(std::string_view action) const { ThrowFileError(path_, action); }
 
 void WriteTextFile(const std::string& path, std::string_view text) {
   AtomicFile file(path);

@@ -68,7 +68,7 @@ struct CropBox {
 struct CloudOutput {
   CloudFormat format = CloudFormat::kLas;
   std::string path;             ///< a file for a merged cloud, a folder for station clouds
-  double thin_m = 0.0;          ///< keep one point per cell of this edge; 0: all points
+  double thin_m = 0.0;          ///< keep the best point per cell of this edge; 0: all points
   int max_points = 0;           ///< LAS: more points go into numbered files; 0: always one file
   std::optional<CropBox> crop;  ///< merged clouds only
 };

@@ -15,6 +15,7 @@
 #include "pipeline/run_outputs.h"
 #include "pipeline/version.h"
 #include "stages/merging.h"
+#include "stages/surface_incidence.h"
 
 namespace backsight {
 namespace {
@@ -46,6 +47,11 @@ std::vector<MergeStation> MergeStationsOf(const std::vector<int>& stations,
     member.has_rgb = station.info.has_rgb;
     member.open = [path = station.spec.scan, scan = station.spec.scan_index] {
       return OpenScan(path, scan);
+    };
+    member.cos_incidence = [incidence = SurfaceIncidence({station.model, station.features.normals,
+                                                          station.features.scanner_credible})](
+                               const Eigen::Vector3d& point) mutable {
+      return incidence.CosAt(point);
     };
     members.push_back(std::move(member));
   }
@@ -134,6 +140,7 @@ void WriteCloud(const CloudOutput& output, const std::vector<int>& stations,
   MergeOptions merge;
   if (in_crs) merge.map = [&](const Eigen::Vector3d& enu) { return ground.OutputFromEnu(enu); };
   merge.thin_m = output.thin_m;
+  merge.thinning.path = output.path + ".thin";
   const bool in_survey_frame = !ground.parts.empty() && !ground.parts[component].placed();
   if (!in_survey_frame) {
     merge.crop = output.crop;

@@ -2,37 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <unordered_map>
-
 #include "core/error.h"
 #include "core/voxel_grid.h"
 
 namespace backsight {
 namespace {
-
-/// The point that stands for each cell: the one measured from the shortest range.
-class Thinning {
- public:
-  explicit Thinning(const VoxelLattice& lattice) : lattice_(lattice) {}
-
-  void Offer(const Eigen::Vector3d& point, double range_m) {
-    const auto range = static_cast<float>(range_m);
-    const auto [entry, is_new] = nearest_.try_emplace(lattice_.Key(point), range);
-    if (!is_new && range < entry->second) entry->second = range;
-  }
-
-  /// True once per cell, for its first point of the shortest range.
-  bool Take(const Eigen::Vector3d& point, double range_m) {
-    float& nearest = nearest_.at(lattice_.Key(point));
-    if (static_cast<float>(range_m) != nearest) return false;
-    nearest = -1.0F;
-    return true;
-  }
-
- private:
-  VoxelLattice lattice_;
-  std::unordered_map<std::uint64_t, float> nearest_;
-};
 
 using PointAction = std::function<void(const PointChunk& chunk, std::size_t i,
                                        const Eigen::Vector3d& frame_point, double range_m)>;
@@ -93,7 +67,6 @@ void Append(const PointChunk& from, std::size_t i, const Eigen::Vector3d& point,
 }
 
 VoxelLattice LatticeOf(const std::vector<MergeStation>& stations, double thin_m) {
-  if (!(thin_m > 0.0)) return {.edge_m = 1.0, .origin = Eigen::Vector3d::Zero()};
   const CloudBounds bounds = MergedBounds(stations, {});
   const double extent = (bounds.max - bounds.min).maxCoeff();
   if (extent > thin_m * VoxelLattice::kHalfRange) {
@@ -102,6 +75,42 @@ VoxelLattice LatticeOf(const std::vector<MergeStation>& stations, double thin_m)
                       "a coarser thin_m", ""});
   }
   return {.edge_m = thin_m, .origin = (0.5 * (bounds.min + bounds.max)).array().round()};
+}
+
+/// Which points stand for their cells, and how many each station has, once all have been read.
+struct ThinnedCloud {
+  CloudThinning thinning;
+  std::vector<std::uint64_t> points;
+};
+
+ThinnedCloud Thin(const std::vector<MergeStation>& stations, const MergeOptions& options,
+                  const ExecutionContext& context) {
+  ThinnedCloud cloud{{LatticeOf(stations, options.thin_m), options.thinning},
+                     std::vector<std::uint64_t>(stations.size())};
+  for (std::size_t s = 0; s < stations.size(); ++s) {
+    context.Progress("thin", s, stations.size());
+    const MergeStation& station = stations[s];
+    ForEachPoint(
+        station, options, context,
+        [&](const PointChunk& chunk, std::size_t i, const Eigen::Vector3d& point, double range) {
+          std::optional<double> cos;
+          if (station.cos_incidence) {
+            cos = station.cos_incidence({chunk.x[i], chunk.y[i], chunk.z[i]});
+          }
+          cloud.thinning.Offer({s, cloud.points[s]++}, point, PointUncertainty(range, cos));
+        },
+        [] {});
+  }
+  cloud.thinning.Choose(context);
+  context.Progress("thin", stations.size(), stations.size());
+  return cloud;
+}
+
+void RequireSamePoints(const MergeStation& station, std::uint64_t before, std::uint64_t now) {
+  if (before == now) return;
+  throw InputError(
+      {station.open()->info().path, fmt::format("{} usable points when it was read again", now),
+       fmt::format("{} as a moment ago", before), "run again when nothing writes the scan"});
 }
 
 }  // namespace
@@ -132,25 +141,18 @@ CloudBounds MergedBounds(const std::vector<MergeStation>& stations, const MergeO
 
 std::uint64_t MergeClouds(const std::vector<MergeStation>& stations, const MergeOptions& options,
                           CloudWriter& writer, const ExecutionContext& context) {
-  const bool thin = options.thin_m > 0.0;
-  Thinning thinning(LatticeOf(stations, options.thin_m));
-  for (std::size_t s = 0; thin && s < stations.size(); ++s) {
-    ForEachPoint(
-        stations[s], options, context,
-        [&](const PointChunk&, std::size_t, const Eigen::Vector3d& point, double range) {
-          thinning.Offer(point, range);
-        },
-        [] {});
-  }
+  std::optional<ThinnedCloud> thinned;
+  if (options.thin_m > 0.0) thinned.emplace(Thin(stations, options, context));
   std::uint64_t written = 0;
   PointChunk out;
   for (std::size_t s = 0; s < stations.size(); ++s) {
     context.Progress("merge", s, stations.size());
     const MergeStation& station = stations[s];
+    std::uint64_t index = 0;
     ForEachPoint(
         station, options, context,
-        [&](const PointChunk& chunk, std::size_t i, const Eigen::Vector3d& point, double range) {
-          if (thin && !thinning.Take(point, range)) return;
+        [&](const PointChunk& chunk, std::size_t i, const Eigen::Vector3d& point, double) {
+          if (thinned && !thinned->thinning.Takes({s, index++})) return;
           Append(chunk, i,
                  options.in_station_frames ? Scanned(station, chunk, i) : Mapped(options, point),
                  station, &out);
@@ -160,6 +162,7 @@ std::uint64_t MergeClouds(const std::vector<MergeStation>& stations, const Merge
           writer.Write(out, station.number);
           out.Clear();
         });
+    if (thinned) RequireSamePoints(station, thinned->points[s], index);
   }
   context.Progress("merge", stations.size(), stations.size());
   return written;

@@ -11,6 +11,7 @@
 #include "io/cloud_writer.h"
 #include "io/scan_reader.h"
 #include "io/survey_project.h"
+#include "stages/cloud_thinning.h"
 
 namespace backsight {
 
@@ -28,6 +29,9 @@ struct MergeStation {
   bool has_intensity = false;
   bool has_rgb = false;
   std::function<std::unique_ptr<ScanReader>()> open;
+  /// Cosine of the angle at which the beam met the surface at a point of the scan, station frame
+  /// (SurfaceIncidence); empty: never known. Asked for in the order of reading, when thinning.
+  std::function<std::optional<double>(const Eigen::Vector3d&)> cos_incidence;
 };
 
 /// From the shared frame to the coordinates of the output; empty: they are the same.
@@ -36,7 +40,8 @@ using OutputMap = std::function<Eigen::Vector3d(const Eigen::Vector3d&)>;
 /// Which points of the stations a cloud holds, and in what coordinates.
 struct MergeOptions {
   OutputMap map;
-  double thin_m = 0.0;  ///< keep one point per cell of this edge of the shared frame; 0: all
+  double thin_m = 0.0;     ///< keep one point per cell of this edge of the shared frame; 0: all
+  ThinningSpace thinning;  ///< used where thin_m > 0; beside the output
   std::optional<CropBox> crop;  ///< in output coordinates
   /// Points as they were scanned but for the scale, for files that state each station's pose.
   bool in_station_frames = false;
@@ -51,9 +56,9 @@ struct CloudBounds {
 CloudBounds MergedBounds(const std::vector<MergeStation>& stations, const MergeOptions& options);
 
 /// Reads every station's scan once more and hands its points to `writer`; when thinning twice: of
-/// each cell the point nearest to its scanner is kept. Streams; memory is 24 bytes per occupied
-/// cell when thinning, otherwise constant. Returns the number of points written; the caller
-/// finishes the writer.
+/// each cell the point of least PointUncertainty is kept (CloudThinning). Streams; memory is
+/// constant, when thinning that of options.thinning. Returns the number of points written; the
+/// caller finishes the writer. Throws InputError for a scan that changes while it is read twice.
 std::uint64_t MergeClouds(const std::vector<MergeStation>& stations, const MergeOptions& options,
                           CloudWriter& writer, const ExecutionContext& context);
 

@@ -202,6 +202,41 @@ TEST_F(CloudOutputsTest, MergedE57IsThinnedAndCroppedLikeOtherClouds) {
   EXPECT_EQ(at, flat.points.size());
 }
 
+TEST_F(CloudOutputsTest, ThinningPrefersTheStationThatFacesTheSurface) {
+  // Both see the same wall: A from 10 m at a slant, B from 12 m squarely.
+  const std::array<Eigen::Vector3d, 2> scanners{Eigen::Vector3d(2.0, 9.8, 0.0),
+                                                Eigen::Vector3d(12.0, 0.0, 0.0)};
+  Random random(6);
+  for (const std::size_t s : {0U, 1U}) {
+    network_.survey_from_station[s] = {Eigen::Matrix3d::Identity(), scanners[s]};
+    StationModel& model = stations_[s].model;
+    VoxelClusterer clusterer(model.lattice);
+    PointChunk& chunk = points_.emplace_back(points_[s]);
+    for (std::size_t i = 0; i < chunk.size(); ++i) {
+      const Eigen::Vector3d wall(0.0, random.Uniform(-0.5, 0.5), random.Uniform(-0.5, 0.5));
+      const Eigen::Vector3d point = wall - scanners[s];
+      clusterer.Add(point);
+      chunk.x[i] = point.x();
+      chunk.y[i] = point.y();
+      chunk.z[i] = point.z();
+    }
+    WriteScan(stations_[s].spec.scan, "", "");
+    model.leaves = clusterer.Finish();
+    stations_[s].features.normals.assign(model.leaves.size(), Eigen::Vector3f::UnitX());
+  }
+  CloudOutput output = Merged(CloudFormat::kE57, "all.e57");
+  output.thin_m = 0.5;
+  const auto only_station = [&] {
+    Write({output}, std::nullopt);
+    const ScanInfo info = OpenScan(output.path)->info();
+    return info.scan_count == 1 ? info.name : "both";
+  };
+  stations_[0].info = stations_[1].info;  // neither scan has a name of its own
+  EXPECT_EQ(only_station(), "B");
+  for (Station& station : stations_) station.features.scanner_credible = false;
+  EXPECT_EQ(only_station(), "A");  // by range alone
+}
+
 TEST_F(CloudOutputsTest, StationCloudsOfOtherFormatsAreInOutputCoordinates) {
   TieToUtm();
   for (const CloudFormat format : {CloudFormat::kLas, CloudFormat::kPly, CloudFormat::kPcd}) {

@@ -1,0 +1,69 @@
+#include "io/temporary_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+
+#include "core/error.h"
+
+namespace backsight {
+namespace {
+
+std::string TemporaryName(const std::string& path) {
+  static std::atomic<unsigned> counter{0};
+  return fmt::format("{}.tmp-{}-{}", path, ::getpid(), counter++);
+}
+
+std::string_view RemedyFor(int error) {
+  switch (error) {
+    case ENOSPC:
+    case EDQUOT:
+    case EFBIG:
+      return "free disk space or write elsewhere";
+    case ENOENT:
+    case ENOTDIR:
+      return "create the directory first";
+    case EACCES:
+    case EPERM:
+    case EROFS:
+      return "choose a place you may write to";
+    default:
+      return "check the output path and the disk";
+  }
+}
+
+}  // namespace
+
+TemporaryFile CreateTemporaryFile(const std::string& path) {
+  TemporaryFile file;
+  do {
+    file.path = TemporaryName(path);
+    file.descriptor = ::open(file.path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  } while (file.descriptor < 0 && errno == EEXIST);
+  if (file.descriptor < 0) ThrowFileError(path, "cannot be written");
+  return file;
+}
+
+void WriteAt(int descriptor, std::uint64_t offset, std::string_view bytes,
+             const std::string& path) {
+  while (!bytes.empty()) {
+    const ssize_t put =
+        ::pwrite(descriptor, bytes.data(), bytes.size(), static_cast<off_t>(offset));
+    if (put < 0 && errno == EINTR) continue;
+    if (put < 0) ThrowFileError(path, "writing failed");
+    bytes.remove_prefix(static_cast<std::size_t>(put));
+    offset += static_cast<std::uint64_t>(put);
+  }
+}
+
+void ThrowFileError(const std::string& path, std::string_view action) {
+  const int error = errno;
+  throw InputError({path, fmt::format("{}: {}", action, std::strerror(error)), "",
+                    std::string(RemedyFor(error))});
+}
+
+}  // namespace backsight

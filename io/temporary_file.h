@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace backsight {
+
+/// A file that did not exist before, open for reading and writing. Whoever asked for it closes and
+/// removes it.
+struct TemporaryFile {
+  int descriptor = -1;
+  std::string path;
+};
+
+/// Makes an empty file in the folder of `path`, named after it. Unique within the process by a
+/// counter, between processes by the process id, and between machines on a shared disk because the
+/// file must not exist yet. Throws InputError that names `path`.
+TemporaryFile CreateTemporaryFile(const std::string& path);
+
+/// Writes all of `bytes` at `offset`. Throws InputError that names `path`, e.g. for a full disk.
+void WriteAt(int descriptor, std::uint64_t offset, std::string_view bytes, const std::string& path);
+
+/// Throws InputError of `path`: what failed, the system's reason (errno) and a remedy.
+[[noreturn]] void ThrowFileError(const std::string& path, std::string_view action);
+
+}  // namespace backsight
