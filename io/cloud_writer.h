@@ -15,6 +15,7 @@ struct CloudWriterSpec {
   std::string path;
   bool has_intensity = false;
   bool has_rgb = false;
+  bool has_classification = false;  ///< PLY, PCD; LAS points always have a class
   Eigen::Vector3d min = Eigen::Vector3d::Zero();  ///< bounds that hold all points to come, metres
   Eigen::Vector3d max = Eigen::Vector3d::Zero();
   double scale_m = 0.0001;  ///< LAS coordinate step
@@ -36,7 +37,7 @@ std::vector<WrittenFile> WrittenFiles(const CloudWriterSpec& spec, std::uint64_t
 /// Writes a merged cloud as a stream. The file appears under its name only when Finish() has
 /// returned (temporary file beside it, fsync, rename); a writer destroyed before that removes its
 /// temporary file. Throws InputError for an unwritable place, a full disk, or a point that the
-/// format cannot hold. Attributes that a chunk lacks become 0; class and GPS time are in LAS only.
+/// format cannot hold. Attributes that a chunk lacks become 0; GPS time is in LAS only.
 class CloudWriter {
  public:
   virtual ~CloudWriter() = default;

@@ -17,7 +17,7 @@ class PcdWriter : public CloudWriter {
 
   void Write(const PointChunk& chunk, int station_number) override {
     RequireStationNumber(spec_.path, station_number);
-    std::array<char, 34> record{};
+    std::array<char, 35> record{};
     for (std::size_t i = 0; i < chunk.size(); ++i) {
       char* end = record.data();
       const auto put = [&end](auto value) {
@@ -29,6 +29,9 @@ class PcdWriter : public CloudWriter {
       put(chunk.z[i]);
       if (spec_.has_intensity) put(chunk.intensity.empty() ? 0.0F : chunk.intensity[i]);
       if (spec_.has_rgb) put(chunk.rgb.empty() ? 0U : PackColor(chunk.rgb[i]));
+      if (spec_.has_classification) {
+        put(chunk.classification.empty() ? std::uint8_t{0} : chunk.classification[i]);
+      }
       put(static_cast<std::uint16_t>(station_number));
       file_.Write({record.data(), static_cast<std::size_t>(end - record.data())});
       ++points_;
@@ -54,6 +57,7 @@ class PcdWriter : public CloudWriter {
     };
     if (spec_.has_intensity) add("intensity", "4", "F");
     if (spec_.has_rgb) add("rgb", "4", "F");
+    if (spec_.has_classification) add("classification", "1", "U");
     add("station", "2", "U");
     return fmt::format(
         "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS {}\nSIZE {}\nTYPE {}\n"

@@ -21,13 +21,14 @@ class PlyWriter : public CloudWriter {
     header += CountText() + "\nproperty double x\nproperty double y\nproperty double z\n";
     if (spec.has_intensity) header += "property float intensity\n";
     if (spec.has_rgb) header += "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+    if (spec.has_classification) header += "property uchar classification\n";
     header += "property ushort station\nend_header\n";
     file_.Write(header);
   }
 
   void Write(const PointChunk& chunk, int station_number) override {
     RequireStationNumber(spec_.path, station_number);
-    std::array<char, 33> record{};
+    std::array<char, 34> record{};
     for (std::size_t i = 0; i < chunk.size(); ++i) {
       char* end = record.data();
       const auto put = [&end](auto value) {
@@ -40,6 +41,9 @@ class PlyWriter : public CloudWriter {
       if (spec_.has_intensity) put(chunk.intensity.empty() ? 0.0F : chunk.intensity[i]);
       for (std::size_t c = 0; c < 3 && spec_.has_rgb; ++c) {
         put(chunk.rgb.empty() ? std::uint8_t{0} : EightBit(chunk.rgb[i][c]));
+      }
+      if (spec_.has_classification) {
+        put(chunk.classification.empty() ? std::uint8_t{0} : chunk.classification[i]);
       }
       put(static_cast<std::uint16_t>(station_number));
       file_.Write({record.data(), static_cast<std::size_t>(end - record.data())});

@@ -134,6 +134,7 @@ std::string ScanTable(const RunRecord& run) {
                    {"records", true},
                    {"points", true},
                    {"dropped", true},
+                   {"moving", true},
                    {"voxels", true},
                    {"keypoints", true},
                    {"extent [m]", true},
@@ -145,7 +146,8 @@ std::string ScanTable(const RunRecord& run) {
     }
     table.Row({HtmlBold(scan.station), "<code>" + HtmlText(scan.path) + "</code>",
                HtmlText(scan.format), GroupedText(scan.records), GroupedText(scan.points),
-               GroupedText(scan.dropped), GroupedText(scan.leaves), GroupedText(scan.keypoints),
+               GroupedText(scan.dropped), GroupedText(scan.moving), GroupedText(scan.leaves),
+               GroupedText(scan.keypoints),
                FixedText(scan.extent_m, 1, "extent_m of " + scan.station), notes});
   }
   return table.Finish();

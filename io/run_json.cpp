@@ -131,8 +131,8 @@ ordered_json ToJson(const LinkRecord& link) {
 ordered_json ToJson(const ScanRecord& scan) {
   return {{"station", scan.station}, {"path", scan.path},           {"format", scan.format},
           {"records", scan.records}, {"points", scan.points},       {"dropped", scan.dropped},
-          {"leaves", scan.leaves},   {"keypoints", scan.keypoints}, {"extent_m", scan.extent_m},
-          {"notes", scan.notes}};
+          {"moving", scan.moving},   {"leaves", scan.leaves},       {"keypoints", scan.keypoints},
+          {"extent_m", scan.extent_m}, {"notes", scan.notes}};
 }
 
 ordered_json ToJson(const std::optional<Eigen::Vector3d>& v) {

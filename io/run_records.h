@@ -171,6 +171,7 @@ struct ScanRecord {
   std::uint64_t records = 0;
   std::uint64_t points = 0;
   std::uint64_t dropped = 0;
+  std::uint64_t moving = 0;  ///< points of things that were gone when other stations looked
   std::size_t leaves = 0;
   std::size_t keypoints = 0;
   double extent_m = 0.0;           ///< 95th percentile of range

@@ -71,12 +71,20 @@ struct CloudOutput {
   double thin_m = 0.0;          ///< keep the best point per cell of this edge; 0: all points
   int max_points = 0;           ///< LAS: more points go into numbered files; 0: always one file
   std::optional<CropBox> crop;  ///< merged clouds only
+  bool without_moving = false;  ///< points of what moved are left out, not marked
+};
+
+/// An occupancy map of the largest network, or several, as an OctoMap file.
+struct MapOutput {
+  std::string path;
+  double resolution_m = 0.2;  ///< edge of its voxels
 };
 
 struct OutputSpec {
   /// Absent: the project file does not say, the caller chooses. Empty: none wanted.
   std::optional<std::vector<CloudOutput>> merged;
   std::optional<CloudOutput> stations;
+  std::optional<MapOutput> map;
 };
 
 /// Limits that decide between exit codes 0 and 4; absent: not checked.

@@ -53,6 +53,7 @@ std::vector<MergeStation> MergeStationsOf(const std::vector<int>& stations,
                                const Eigen::Vector3d& point) mutable {
       return incidence.CosAt(point);
     };
+    member.is_moving = IsMovingFunction(station, source.moving.stations[s]);
     members.push_back(std::move(member));
   }
   return members;
@@ -109,6 +110,10 @@ std::vector<WrittenFile> WriteFlat(const CloudOutput& output, const std::string&
                                    [](const MergeStation& m) { return m.has_intensity; });
   spec.has_rgb =
       std::all_of(members.begin(), members.end(), [](const MergeStation& m) { return m.has_rgb; });
+  spec.has_classification =
+      !merge.without_moving && std::any_of(members.begin(), members.end(), [](const auto& m) {
+        return static_cast<bool>(m.is_moving);
+      });
   for (MergeStation& member : members) {
     member.has_intensity = spec.has_intensity;
     member.has_rgb = spec.has_rgb;
@@ -140,6 +145,7 @@ void WriteCloud(const CloudOutput& output, const std::vector<int>& stations,
   MergeOptions merge;
   if (in_crs) merge.map = [&](const Eigen::Vector3d& enu) { return ground.OutputFromEnu(enu); };
   merge.thin_m = output.thin_m;
+  merge.without_moving = output.without_moving;
   merge.thinning.path = output.path + ".thin";
   const bool in_survey_frame = !ground.parts.empty() && !ground.parts[component].placed();
   if (!in_survey_frame) {

@@ -7,6 +7,7 @@
 #include "io/run_records.h"
 #include "io/survey_project.h"
 #include "pipeline/georeference_network.h"
+#include "pipeline/moving_points.h"
 #include "pipeline/network_pipeline.h"
 
 namespace backsight {
@@ -17,6 +18,7 @@ struct CloudSource {
   const std::vector<Station>& stations;
   const Network& network;
   const GeoreferencedNetwork& ground;
+  const MovingPoints& moving;
 };
 
 struct CloudFiles {

@@ -220,7 +220,7 @@ std::vector<std::pair<std::string, double>> NetworkFigures(const PairDiscovery& 
 
 RunRecord SummarizeRun(const SurveyProject& project, const std::vector<Station>& stations,
                        const PairDiscovery& discovery, const Network& network,
-                       const GeoreferencedNetwork& ground,
+                       const GeoreferencedNetwork& ground, const MovingPoints& moving,
                        const std::vector<OutputRecord>& outputs) {
   RunRecord run;
   run.project_name = project.name;
@@ -231,6 +231,7 @@ RunRecord SummarizeRun(const SurveyProject& project, const std::vector<Station>&
   }
   for (std::size_t s = 0; s < stations.size(); ++s) {
     run.scans.push_back(stations[s].record);
+    run.scans.back().moving = moving.PointsOf(s);
     run.poses.push_back(MakePoseRecord(stations[s], network, ground, s, run.links));
   }
   run.outputs = outputs;

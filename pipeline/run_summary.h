@@ -5,6 +5,7 @@
 #include "io/run_records.h"
 #include "io/survey_project.h"
 #include "pipeline/georeference_network.h"
+#include "pipeline/moving_points.h"
 #include "pipeline/network_pipeline.h"
 #include "pipeline/pair_discovery.h"
 
@@ -14,7 +15,7 @@ namespace backsight {
 /// the verdict and the exit code.
 RunRecord SummarizeRun(const SurveyProject& project, const std::vector<Station>& stations,
                        const PairDiscovery& discovery, const Network& network,
-                       const GeoreferencedNetwork& ground,
+                       const GeoreferencedNetwork& ground, const MovingPoints& moving,
                        const std::vector<OutputRecord>& outputs);
 
 }  // namespace backsight

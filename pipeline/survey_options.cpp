@@ -29,6 +29,8 @@ std::vector<OptionSection> OptionSections(SurveyOptions& options) {
        [&](OptionVisitor& visitor) { VisitOptions(visitor, options.refinement); }},
       {"georeferencing", "how the network is tied to control points",
        [&](OptionVisitor& visitor) { VisitOptions(visitor, options.georeferencing); }},
+      {"moving_objects", "what was gone when other stations looked",
+       [&](OptionVisitor& visitor) { VisitOptions(visitor, options.moving_objects); }},
   };
 }
 

@@ -9,6 +9,7 @@
 #include "stages/georeferencing.h"
 #include "stages/ingest.h"
 #include "stages/matching.h"
+#include "stages/moving_objects.h"
 #include "stages/network_refinement.h"
 #include "stages/network_solution.h"
 #include "stages/pair_ranking.h"
@@ -32,6 +33,7 @@ struct SurveyOptions {
   PlacementCheckOptions placement_check;
   NetworkRefinementOptions refinement;
   GeoreferencingOptions georeferencing;
+  MovingObjectOptions moving_objects;
 };
 
 /// The sections of the project file, in the order of the method. They refer to `options`, which

@@ -49,16 +49,20 @@ SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
       GeoreferenceNetwork(project, stations, network, options.georeferencing);
   clock.Finish("georeferencing");
 
+  const MovingPoints moving =
+      FindMovingPoints(stations, network, options.moving_objects, context);
+  clock.Finish("moving objects");
+
   // Poses first: whatever may happen to the large files, they are kept.
   const std::vector<ReportPicture> pictures = DrawReportPictures(stations, network);
-  WriteReports(SummarizeRun(project, stations, discovery, network, ground, {}), pictures,
+  WriteReports(SummarizeRun(project, stations, discovery, network, ground, moving, {}), pictures,
                out_directory);
   clock.Finish("report");
   const CloudFiles clouds =
-      WriteClouds(project, {options.ingest, stations, network, ground}, out_directory, context);
+      WriteClouds(project, {options.ingest, stations, network, ground, moving}, out_directory, context);
   clock.Finish("merge");
 
-  run.record = SummarizeRun(project, stations, discovery, network, ground, clouds.files);
+  run.record = SummarizeRun(project, stations, discovery, network, ground, moving, clouds.files);
   run.record.warnings.insert(run.record.warnings.end(), clouds.warnings.begin(),
                              clouds.warnings.end());
   WriteReports(run.record, pictures, out_directory);

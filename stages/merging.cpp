@@ -8,6 +8,10 @@
 namespace backsight {
 namespace {
 
+bool IsMoving(const MergeStation& station, const Eigen::Vector3d& point) {
+  return station.is_moving && station.is_moving(point);
+}
+
 using PointAction = std::function<void(const PointChunk& chunk, std::size_t i,
                                        const Eigen::Vector3d& frame_point, double range_m)>;
 
@@ -23,7 +27,7 @@ bool IsWithin(const CropBox& box, const Eigen::Vector3d& point) {
   return (point.array() >= box.min.array()).all() && (point.array() <= box.max.array()).all();
 }
 
-/// Calls `action` for each usable point of the station within the crop box, and `flush` after each
+/// Calls `action` for each usable and wanted point of the station within the crop box, and `flush` after each
 /// chunk.
 void ForEachPoint(const MergeStation& station, const MergeOptions& options,
                   const ExecutionContext& context, const PointAction& action,
@@ -40,6 +44,7 @@ void ForEachPoint(const MergeStation& station, const MergeOptions& options,
           (point.array() > station.max.array()).any()) {
         continue;  // dropped by the ingest as too far from the rest
       }
+      if (options.without_moving && IsMoving(station, point)) continue;
       const Eigen::Vector3d placed = Placed(station, point);
       if (options.crop && !IsWithin(*options.crop, Mapped(options, placed))) continue;
       action(chunk, i, placed, range);
@@ -53,6 +58,11 @@ Eigen::Vector3d Scanned(const MergeStation& station, const PointChunk& chunk, st
   return station.scale * Eigen::Vector3d(chunk.x[i], chunk.y[i], chunk.z[i]);
 }
 
+std::uint8_t ClassOf(const PointChunk& from, std::size_t i, const MergeStation& station) {
+  if (IsMoving(station, {from.x[i], from.y[i], from.z[i]})) return kMovingClass;
+  return from.classification.empty() ? std::uint8_t{0} : from.classification[i];
+}
+
 void Append(const PointChunk& from, std::size_t i, const Eigen::Vector3d& point,
             const MergeStation& station, PointChunk* to) {
   to->x.push_back(point.x());
@@ -60,7 +70,9 @@ void Append(const PointChunk& from, std::size_t i, const Eigen::Vector3d& point,
   to->z.push_back(point.z());
   if (station.has_intensity && !from.intensity.empty()) to->intensity.push_back(from.intensity[i]);
   if (station.has_rgb && !from.rgb.empty()) to->rgb.push_back(from.rgb[i]);
-  if (!from.classification.empty()) to->classification.push_back(from.classification[i]);
+  if (station.is_moving || !from.classification.empty()) {
+    to->classification.push_back(ClassOf(from, i, station));
+  }
   if (!from.gps_time.empty()) to->gps_time.push_back(from.gps_time[i]);
   if (!from.row.empty()) to->row.push_back(from.row[i]);
   if (!from.column.empty()) to->column.push_back(from.column[i]);
@@ -93,11 +105,12 @@ ThinnedCloud Thin(const std::vector<MergeStation>& stations, const MergeOptions&
     ForEachPoint(
         station, options, context,
         [&](const PointChunk& chunk, std::size_t i, const Eigen::Vector3d& point, double range) {
+          const Eigen::Vector3d scanned(chunk.x[i], chunk.y[i], chunk.z[i]);
           std::optional<double> cos;
-          if (station.cos_incidence) {
-            cos = station.cos_incidence({chunk.x[i], chunk.y[i], chunk.z[i]});
-          }
-          cloud.thinning.Offer({s, cloud.points[s]++}, point, PointUncertainty(range, cos));
+          if (station.cos_incidence) cos = station.cos_incidence(scanned);
+          constexpr double kLastChoice = 1e9;
+          const double last = IsMoving(station, scanned) ? kLastChoice : 0.0;
+          cloud.thinning.Offer({s, cloud.points[s]++}, point, PointUncertainty(range, cos) + last);
         },
         [] {});
   }

@@ -32,7 +32,13 @@ struct MergeStation {
   /// Cosine of the angle at which the beam met the surface at a point of the scan, station frame
   /// (SurfaceIncidence); empty: never known. Asked for in the order of reading, when thinning.
   std::function<std::optional<double>(const Eigen::Vector3d&)> cos_incidence;
+  /// Whether a point of the scan, station frame, is of something that moved; empty: none is.
+  std::function<bool(const Eigen::Vector3d&)> is_moving;
 };
+
+/// Class of points of things that moved: the first that the LAS standard leaves to its users
+/// (LAS 1.4 R15, table 17).
+inline constexpr std::uint8_t kMovingClass = 64;
 
 /// From the shared frame to the coordinates of the output; empty: they are the same.
 using OutputMap = std::function<Eigen::Vector3d(const Eigen::Vector3d&)>;
@@ -43,6 +49,9 @@ struct MergeOptions {
   double thin_m = 0.0;     ///< keep one point per cell of this edge of the shared frame; 0: all
   ThinningSpace thinning;  ///< used where thin_m > 0; beside the output
   std::optional<CropBox> crop;  ///< in output coordinates
+  /// Leave out what moved; otherwise it gets kMovingClass, and stands for a cell only where nothing
+  /// else does.
+  bool without_moving = false;
   /// Points as they were scanned but for the scale, for files that state each station's pose.
   bool in_station_frames = false;
 };

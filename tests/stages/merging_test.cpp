@@ -46,6 +46,8 @@ class KeepingWriter : public CloudWriter {
     to.x.insert(to.x.end(), chunk.x.begin(), chunk.x.end());
     to.row.insert(to.row.end(), chunk.row.begin(), chunk.row.end());
     to.column.insert(to.column.end(), chunk.column.begin(), chunk.column.end());
+    to.classification.insert(to.classification.end(), chunk.classification.begin(),
+                             chunk.classification.end());
   }
   std::uint64_t Finish() override { return 0; }
 
@@ -117,6 +119,47 @@ TEST(MergeClouds, ThinsWhatTheCropBoxLeaves) {
   KeepingWriter writer;
   EXPECT_EQ(MergeClouds(stations, options, writer, ExecutionContext{}), 2U);
   EXPECT_THAT(writer.chunks[1].x, ElementsAre(0.6, 1.4));
+}
+
+/// What lies beyond 2 m has moved.
+MergeStation WithMoving(MergeStation station) {
+  station.is_moving = [](const Eigen::Vector3d& point) { return point.x() > 2.0; };
+  return station;
+}
+
+TEST(MergeClouds, PointsOfWhatMovedGetTheirClass) {
+  KeepingWriter writer;
+  MergeClouds({WithMoving(Line(1, 10.0, {1, 3, 2})), Line(2, 0.0, {5})}, {}, writer,
+              ExecutionContext{});
+  EXPECT_THAT(writer.chunks[1].x, ElementsAre(11, 13, 12));
+  EXPECT_THAT(writer.chunks[1].classification, ElementsAre(0, kMovingClass, 0));
+  EXPECT_THAT(writer.chunks[2].classification, IsEmpty());
+}
+
+TEST(MergeClouds, LeavesOutWhatMovedWhereAskedTo) {
+  for (const double thin_m : {0.0, 0.5}) {
+    MergeOptions options;
+    options.without_moving = true;
+    options.thin_m = thin_m;
+    options.thinning.path = "moving";
+    KeepingWriter writer;
+    EXPECT_EQ(MergeClouds({WithMoving(Line(1, 0.0, {1, 3, 2}))}, options, writer,
+                          ExecutionContext{}),
+              2U);
+    EXPECT_THAT(writer.chunks[1].x, ElementsAre(1, 2));
+  }
+}
+
+TEST(MergeClouds, WhatMovedStandsForACellOnlyWhereNothingElseDoes) {
+  // Both stations see a cell; the one that is nearer to it saw what moved.
+  MergeOptions options;
+  options.thin_m = 1.0;
+  options.thinning.path = "moving";
+  KeepingWriter writer;
+  MergeClouds({WithMoving(Line(1, 20.0, {3.25, 7.25})), Line(2, 0.0, {23.75})}, options, writer,
+              ExecutionContext{});
+  EXPECT_THAT(writer.chunks[1].x, ElementsAre(27.25));
+  EXPECT_THAT(writer.chunks[2].x, ElementsAre(23.75));
 }
 
 }  // namespace
