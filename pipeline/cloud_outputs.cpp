@@ -44,8 +44,8 @@ std::vector<MergeStation> MergeStationsOf(const std::vector<int>& stations,
     member.max_range_m = source.ingest.max_range_m;
     member.has_intensity = station.info.has_intensity;
     member.has_rgb = station.info.has_rgb;
-    member.open = [path = station.spec.scan, scan = station.spec.scan_index] {
-      return OpenScan(path, scan);
+    member.open = [spec = station.spec] {
+      return OpenScan(spec.scan, spec.scan_index, spec.columns);
     };
     members.push_back(std::move(member));
   }

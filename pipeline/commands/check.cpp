@@ -20,7 +20,7 @@ int CheckCommand(const std::string& project_path) {
     Station& station = stations.emplace_back();
     station.spec = spec;
     try {
-      const ScanInfo info = OpenScan(spec.scan, spec.scan_index)->info();
+      const ScanInfo info = OpenScan(spec.scan, spec.scan_index, spec.columns)->info();
       const std::string points =
           info.point_count ? fmt::format("{} points", *info.point_count) : "points not declared";
       fmt::print("  {:<12} {:<5} {:>20}  {}\n", spec.id, info.format, points, spec.scan);

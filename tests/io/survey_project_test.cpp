@@ -37,6 +37,7 @@ class SurveyProjectTest : public ::testing::Test {
     for (const char* name : {"S1.ptx", "S2.ptx", "S3.ptx"}) {
       std::ofstream(folder_ / "scans" / name) << "scan";
     }
+    std::ofstream(folder_ / "scans/S2.txt") << "1 2 3 4\n";
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
@@ -135,6 +136,17 @@ TEST_F(SurveyProjectTest, ReadsE57OutputsAndCropBoxes) {
   EXPECT_EQ(merged.crop->max, Eigen::Vector3d(4, 5, 6.5));
   EXPECT_EQ(StationCloudPath(*project.outputs.stations, "S2"),
             (folder_ / "out/each/S2.ply").string());
+}
+
+TEST_F(SurveyProjectTest, ReadsColumnsOfTextScans) {
+  using enum TextColumn;
+  const SurveyProject project = Read(R"(schema_version: 1
+stations:
+  - {id: S1, scan: scans/S1.ptx}
+  - {id: S2, scan: scans/S2.txt, columns: [y, x, z, skip]}
+)");
+  EXPECT_TRUE(project.stations[0].columns.empty());
+  EXPECT_EQ(project.stations[1].columns, (TextColumns{kY, kX, kZ, kSkip}));
 }
 
 TEST_F(SurveyProjectTest, TheSmallestProjectHasDefaults) {
@@ -259,6 +271,14 @@ TEST_F(SurveyProjectTest, NamesEveryKindOfMistake) {
        "a matrix that is not rigid"},
       {station + "prior: {survey_from_station: [a, 0, 0, 1, 0, 0, 0], sigma_m: 1, sigma_deg: 1}}\n",
        "survey_from_station[0]: found 'a'"},
+      {station + "columns: [x, y, z]}\n", "columns: found a list of 3; expected no columns"},
+      {head + one + "  - {id: S2, scan: scans/S2.txt, columns: [x, y]}\n", "a list of at least 3"},
+      {head + one + "  - {id: S2, scan: scans/S2.txt, columns: [x, y, skip]}\n", "no z"},
+      {head + one + "  - {id: S2, scan: scans/S2.txt, columns: [x, y, z, z]}\n", "z twice"},
+      {head + one + "  - {id: S2, scan: scans/S2.txt, columns: [x, y, z, r, b]}\n",
+       "2 of r, g and b"},
+      {head + one + "  - {id: S2, scan: scans/S2.txt, columns: [x, y, z, red]}\n",
+       "stations[1].columns[3]: found 'red'"},
       {head + one + "  - {id: a__b, scan: scans/S2.ptx}\n", "because it names files"},
       {head + one + "  - {id: S2, scan: scans}\n", "not a file"},
   };
