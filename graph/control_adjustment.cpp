@@ -89,6 +89,11 @@ class Adjuster {
       const Eigen::VectorXd step = -matrix_.ldlt().solve(gradient_);
       if (!step.allFinite()) return std::move(result_);
       Move(step);
+      // At a scale of zero nothing moves any more, which is no end but a collapse.
+      constexpr double kLargestScale = 1e6;
+      if (!(result_.scale > 1.0 / kLargestScale && result_.scale < kLargestScale)) {
+        return std::move(result_);
+      }
       constexpr double kSettled = 1e-9;  // m and rad
       if (step.cwiseAbs().maxCoeff() < kSettled) {
         result_.status = Status::kAdjusted;
@@ -276,6 +281,7 @@ class Adjuster {
       if (column >= 0) jacobian.block<6, 6>(row, column) = adjoint;
     }
     result_.covariance = jacobian * inverse * jacobian.transpose();
+    if (input_.estimate_scale) result_.scale_covariance = jacobian * inverse.col(6);
   }
 
   const ControlAdjustmentInput& input_;
@@ -317,6 +323,10 @@ ControlAdjustmentResult AdjustCentred(const ControlAdjustmentInput& input, bool 
       enu - result.scale * (result.enu_from_survey.rotation * survey);
   for (RigidTransform& pose : result.enu_from_station) pose.translation += enu;
   if (result.covariance.size() > 0) result.covariance = InFrame(from_centre, result.covariance);
+  for (Eigen::Index row = 0; row < result.scale_covariance.size(); row += 6) {
+    const Vector6d moved = Adjoint(from_centre) * result.scale_covariance.segment<6>(row);
+    result.scale_covariance.segment<6>(row) = moved;
+  }
   return result;
 }
 

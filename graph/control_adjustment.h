@@ -65,6 +65,8 @@ struct ControlAdjustmentResult {
   /// Station frames in enu; coordinates measured in them grow by `scale`.
   std::vector<RigidTransform> enu_from_station;
   Eigen::MatrixXd covariance;  ///< of these, 6 rows per station, Retract's convention
+  /// Of these with the log of scale, as many rows; empty where scale was not estimated.
+  Eigen::VectorXd scale_covariance;
   std::vector<PointResidual> residuals;
   int redundancy = 0;
   double chi2 = 0.0;  ///< weighted sum of squares; its expectation is the redundancy

@@ -26,11 +26,14 @@ std::string Chain(const GeoreferenceRecord& g) {
         FixedText(g.origin_deg_deg_m->z(), 3, field), FixedText(g.convergence_deg, 5, field),
         FixedText(g.point_scale, 7, field));
   }
-  text += fmt::format(
-      "Redundancy {}, variance factor {}. Scale against control: {} &plusmn; {} ppm, applied: {} "
-      "ppm.",
-      g.redundancy, FixedText(g.variance_factor, 2, field), FixedText(g.scale_test_ppm, 1, field),
-      FixedText(g.scale_sigma_ppm, 1, field), FixedText(1e6 * (g.scale - 1.0), 1, field));
+  const std::string scale =
+      g.scale_test ? fmt::format("{} &plusmn; {} ppm", FixedText(g.scale_test->off_ppm, 1, field),
+                                 FixedText(g.scale_test->sigma_ppm, 1, field))
+                   : "not tested, its adjustment did not converge";
+  text +=
+      fmt::format("Redundancy {}, variance factor {}. Scale against control: {}; applied: {} ppm.",
+                  g.redundancy, FixedText(g.variance_factor, 2, field), scale,
+                  FixedText(1e6 * (g.scale - 1.0), 1, field));
   return HtmlSentence(text);
 }
 

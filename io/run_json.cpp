@@ -162,21 +162,22 @@ ordered_json ToJson(const CheckRecord& check) {
 ordered_json ToJson(const GeoreferenceRecord& g) {
   ordered_json points = ordered_json::array();
   for (const SurveyPointRecord& point : g.points) points.push_back(ToJson(point));
-  return {{"component", g.component},
-          {"status", g.status},
-          {"crs", g.crs},
-          {"heights", g.heights},
-          {"origin_deg_deg_m", ToJson(g.origin_deg_deg_m)},
-          {"convergence_deg", g.convergence_deg},
-          {"point_scale", g.point_scale},
-          {"enu_from_survey", ToJson(g.enu_from_survey)},
-          {"scale", g.scale},
-          {"scale_test_ppm", g.scale_test_ppm},
-          {"scale_sigma_ppm", g.scale_sigma_ppm},
-          {"redundancy", g.redundancy},
-          {"variance_factor", g.variance_factor},
-          {"points", std::move(points)},
-          {"check", ToJson(g.check)}};
+  return {
+      {"component", g.component},
+      {"status", g.status},
+      {"crs", g.crs},
+      {"heights", g.heights},
+      {"origin_deg_deg_m", ToJson(g.origin_deg_deg_m)},
+      {"convergence_deg", g.convergence_deg},
+      {"point_scale", g.point_scale},
+      {"enu_from_survey", ToJson(g.enu_from_survey)},
+      {"scale", g.scale},
+      {"scale_test_ppm", g.scale_test ? ordered_json(g.scale_test->off_ppm) : ordered_json()},
+      {"scale_sigma_ppm", g.scale_test ? ordered_json(g.scale_test->sigma_ppm) : ordered_json()},
+      {"redundancy", g.redundancy},
+      {"variance_factor", g.variance_factor},
+      {"points", std::move(points)},
+      {"check", ToJson(g.check)}};
 }
 
 ordered_json ToJson(const ComponentRecord& component) {

@@ -141,6 +141,12 @@ struct CheckRecord {
   double predicted_3d_m = 0.0;  ///< from the covariances
 };
 
+/// What control says of a component's scale.
+struct ScaleRecord {
+  double off_ppm = 0.0;
+  double sigma_ppm = 0.0;
+};
+
 /// How one component was tied to its control.
 struct GeoreferenceRecord {
   int component = 0;
@@ -151,9 +157,8 @@ struct GeoreferenceRecord {
   double convergence_deg = 0.0;
   double point_scale = 1.0;  ///< of the grid at the origin
   RigidTransform enu_from_survey;
-  double scale = 1.0;           ///< applied
-  double scale_test_ppm = 0.0;  ///< what control says of the network's scale
-  double scale_sigma_ppm = 0.0;
+  double scale = 1.0;                     ///< applied
+  std::optional<ScaleRecord> scale_test;  ///< absent: its adjustment did not converge
   int redundancy = 0;
   double variance_factor = 1.0;  ///< applied to the covariances
   std::vector<SurveyPointRecord> points;

@@ -71,9 +71,13 @@ TEST(ReportHtml, ShowsControlAndCheckPoints) {
   std::string html = ReportHtml(run, {});
   for (const char* part :
        {"ETRS89 / UTM zone 32N", "ellipsoidal heights", "<td>P1</td>", "blunder, excluded",
-        "<td>C1</td>", "3D 2.3 mm", "n = 1, not ASPRS-conformant"}) {
+        "<td>C1</td>", "3D 2.3 mm", "n = 1, not ASPRS-conformant", "12.5 &plusmn; 30.5 ppm"}) {
     EXPECT_THAT(html, HasSubstr(part));
   }
+  run.georeference[0].scale_test.reset();
+  html = ReportHtml(run, {});
+  EXPECT_THAT(html, HasSubstr("Scale against control: not tested"));
+  EXPECT_THAT(html, Not(HasSubstr("&plusmn; 0.0 ppm")));
   run.georeference[0].status = "too_few_points";
   html = ReportHtml(run, {});
   EXPECT_THAT(html, HasSubstr("Not tied to the ground: too few points"));

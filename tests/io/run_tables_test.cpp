@@ -168,6 +168,17 @@ TEST(RunJson, ParsesBackWithStableKeys) {
   EXPECT_EQ(poses["poses"], json["poses"]);
 }
 
+TEST(RunJson, AScaleThatWasNotTestedIsNull) {
+  RunRecord run = SampleRun();
+  const auto ground = [&run] {
+    return nlohmann::ordered_json::parse(ReportJson(run))["georeference"][0];
+  };
+  EXPECT_EQ(ground()["scale_sigma_ppm"], 30.5);
+  run.georeference[0].scale_test.reset();
+  EXPECT_TRUE(ground()["scale_test_ppm"].is_null());
+  EXPECT_TRUE(ground()["scale_sigma_ppm"].is_null());
+}
+
 TEST(RunJson, ManifestHoldsOptionsInputsAndTimes) {
   ManifestRecord manifest;
   manifest.version = "0.1.0";
