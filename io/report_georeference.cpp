@@ -13,7 +13,8 @@ std::string Mm(double metres, const std::string& field) {
 }
 
 std::string Chain(const GeoreferenceRecord& g) {
-  const std::string field = fmt::format("georeference of component {}", g.component);
+  const std::string field =
+      fmt::format("georeference of component {}", ComponentNumber(g.component));
   std::string text = "Coordinates: <b>" + HtmlText(g.crs) + "</b>";
   if (!g.heights.empty()) text += ", " + HtmlText(g.heights);
   text += ". ";
@@ -107,7 +108,7 @@ std::string GeoreferenceSection(const RunRecord& run) {
   std::string html = "<h2>Control and check points</h2>\n";
   for (const GeoreferenceRecord& g : run.georeference) {
     if (run.georeference.size() > 1) {
-      html += fmt::format("<h3>Component {}</h3>\n", g.component);
+      html += fmt::format("<h3>Component {}</h3>\n", ComponentNumber(g.component));
     }
     if (!g.placed()) {
       html += HtmlSentence("Not tied to the ground: " + HtmlText(CodeWords(g.status)) +

@@ -10,6 +10,11 @@
 
 namespace backsight {
 
+/// Components count from 0 in the program and in what machines read: the columns and keys
+/// `component` of poses.csv and the JSON files. What people read counts from 1: this number, in
+/// report.html, in warnings and in file names (merged_component2.las is component 1 of poses.csv).
+constexpr int ComponentNumber(int component) { return component + 1; }
+
 /// The words of the `status` columns.
 enum class StationStatus { kRegistered, kNotRegistered, kUnreadable };
 enum class LinkStatus { kAccepted, kRejected, kFailed, kSkipped };
@@ -27,7 +32,7 @@ struct GroundPose {
 /// One line of poses.csv.
 struct PoseRecord {
   std::string station;
-  int component = -1;  ///< -1: not placed
+  int component = -1;  ///< from 0, ComponentNumber; -1: not placed
   StationStatus status = StationStatus::kNotRegistered;
   std::string reason;  ///< empty where registered
   RigidTransform survey_from_station;

@@ -55,8 +55,8 @@ std::vector<MergeStation> MergeStationsOf(const std::vector<int>& stations,
 std::string ComponentPath(const std::string& path, int component) {
   if (component == 0) return path;
   const fs::path p(path);
-  return (p.parent_path() /
-          fmt::format("{}_component{}{}", p.stem().string(), component + 1, p.extension().string()))
+  return (p.parent_path() / fmt::format("{}_component{}{}", p.stem().string(),
+                                        ComponentNumber(component), p.extension().string()))
       .string();
 }
 

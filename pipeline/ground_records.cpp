@@ -116,7 +116,7 @@ namespace {
 
 /// How the tie of one component ended, where that is not well.
 std::string StatusWarning(const GeoreferenceRecord& record) {
-  const std::string component = fmt::format("component {}", record.component + 1);
+  const std::string component = fmt::format("component {}", ComponentNumber(record.component));
   if (record.status == "too_few_points") {
     return component + " has too few control points and stays in its survey frame";
   }
@@ -171,7 +171,7 @@ std::string ScaleWarning(const GeoreferenceRecord& record) {
     return fmt::format(
         "component {}: the network's scale could not be tested, because an adjustment with scale "
         "did not converge",
-        record.component + 1);
+        ComponentNumber(record.component));
   }
   constexpr double kNoticeable = 50.0;  // ppm
   const auto [off_ppm, sigma_ppm] = *record.scale_test;

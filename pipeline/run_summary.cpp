@@ -151,7 +151,7 @@ void AddWarnings(RunRecord* run) {
     } else if (pose.component > 0) {
       run->warnings.push_back(
           fmt::format("station {} is in component {}, which nothing connects with the main network",
-                      pose.station, pose.component + 1));
+                      pose.station, ComponentNumber(pose.component)));
     }
   }
   for (const LinkRecord& link : run->links) {

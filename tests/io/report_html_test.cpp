@@ -14,6 +14,7 @@
 #include "io/html_text.h"
 #include "io/png_image.h"
 #include "io/report_plan.h"
+#include "io/run_tables.h"
 #include "tests/io/sample_run.h"
 
 namespace backsight {
@@ -84,6 +85,22 @@ TEST(ReportHtml, ShowsControlAndCheckPoints) {
   EXPECT_THAT(html, Not(HasSubstr("<td>P1</td>")));
   run.georeference.clear();
   EXPECT_THAT(ReportHtml(run, {}), Not(HasSubstr("Control and check points")));
+}
+
+TEST(ReportHtml, CountsComponentsFromOne) {
+  RunRecord run = SampleRun();
+  GeoreferenceRecord second = run.georeference[0];
+  second.component = 1;
+  run.georeference.push_back(second);
+  run.poses[0].component = 812;
+  run.components[0].component = 913;
+  const std::string html = ReportHtml(run, {});
+  for (const char* part : {"<h3>Component 1</h3>", "<h3>Component 2</h3>", "<h3>Component 813: 1 s",
+                           ">813</td>", ">914</td>", "Plan view of component 1\""}) {
+    EXPECT_THAT(html, HasSubstr(part));
+  }
+  EXPECT_THAT(html, Not(HasSubstr("omponent 0")));
+  EXPECT_THAT(PosesCsv(run.poses), HasSubstr("S1,812,registered"));
 }
 
 TEST(ReportHtml, CountsSkippedPairsByReason) {
