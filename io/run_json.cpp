@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -279,6 +280,10 @@ std::string ManifestJson(const ManifestRecord& manifest) {
   for (const StageTime& stage : manifest.stages) {
     stages.push_back({{"stage", stage.stage}, {"seconds", stage.seconds}});
   }
+  ordered_json clouds = ordered_json::array();
+  for (const WrittenCloud& cloud : manifest.clouds) {
+    clouds.push_back({{"path", cloud.path}, {"bytes", cloud.bytes}});
+  }
   return Dump({{"schema_version", kSchemaVersion},
                {"version", manifest.version},
                {"git_hash", manifest.git_hash},
@@ -289,8 +294,23 @@ std::string ManifestJson(const ManifestRecord& manifest) {
                {"threads", manifest.threads},
                {"options", manifest.options},
                {"inputs", std::move(inputs)},
-               {"stages", std::move(stages)}},
+               {"stages", std::move(stages)},
+               {"clouds", std::move(clouds)}},
               "manifest.json");
+}
+
+std::vector<WrittenCloud> ReadWrittenClouds(const std::string& manifest_path) {
+  std::ifstream file(manifest_path);
+  const ordered_json manifest =
+      ordered_json::parse(file, /*cb=*/nullptr, /*allow_exceptions=*/false);
+  if (!manifest.is_object() || !manifest.contains("clouds")) return {};
+  std::vector<WrittenCloud> clouds;
+  for (const ordered_json& cloud : manifest["clouds"]) {
+    if (!cloud.is_object() || !cloud.contains("path") || !cloud.contains("bytes")) continue;
+    if (!cloud["path"].is_string() || !cloud["bytes"].is_number_unsigned()) continue;
+    clouds.push_back({cloud["path"].get<std::string>(), cloud["bytes"].get<std::uint64_t>()});
+  }
+  return clouds;
 }
 
 }  // namespace backsight

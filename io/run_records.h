@@ -226,6 +226,12 @@ struct StageTime {
   double seconds = 0.0;
 };
 
+/// A cloud that a run wrote.
+struct WrittenCloud {
+  std::string path;
+  std::uint64_t bytes = 0;
+};
+
 struct ManifestRecord {
   std::string version;
   std::string git_hash;
@@ -237,6 +243,7 @@ struct ManifestRecord {
   double peak_memory_mb = 0.0;
   int threads = 0;
   std::vector<StageTime> stages;
+  std::vector<WrittenCloud> clouds;
 };
 
 }  // namespace backsight

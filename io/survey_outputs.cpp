@@ -1,9 +1,13 @@
 #include "io/survey_outputs.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <limits>
-#include <set>
+#include <utility>
+
+#include "io/output_names.h"
 
 namespace backsight {
 namespace {
@@ -12,15 +16,6 @@ namespace {
 const std::vector<std::string>& FormatNames() {
   static const std::vector<std::string> names = {"las", "ply", "pcd", "e57"};
   return names;
-}
-
-/// Whether one of the `taken` paths is what a numbered part of `path` could be called.
-bool IsPartOf(const std::string& path, const std::set<std::string>& taken) {
-  const std::string begin = path.substr(0, path.rfind('.')) + "-";
-  return std::any_of(taken.begin(), taken.end(), [&](const std::string& other) {
-    return other.starts_with(begin) &&
-           other.find_first_not_of("0123456789", begin.size()) == other.rfind('.');
-  });
 }
 
 /// NaN where it is absent or wrong, which is reported.
@@ -44,7 +39,57 @@ std::optional<CropBox> ReadCrop(const YamlValue& map) {
   return crop;
 }
 
-CloudOutput ReadMerged(const YamlValue& item, std::set<std::string>& taken) {
+/// The files that no output may be written to, or be read again from, and who has them.
+class TakenFiles {
+ public:
+  explicit TakenFiles(const std::vector<StationSpec>& stations)
+      : components_(MostComponents(stations.size())) {
+    for (const StationSpec& station : stations) {
+      if (!station.scan.empty()) scans_.push_back(station.scan);
+    }
+  }
+
+  /// What is in the way of a merged cloud; empty if nothing. Remembers it.
+  std::string Claim(const CloudOutput& output, int line) {
+    std::string obstacle;
+    for (const std::string& scan : scans_) {
+      if (IsScanOf(output, scan)) obstacle = "the scan " + scan + " is called so";
+    }
+    for (const auto& [other, other_line] : merged_) {
+      if (!MayCollide(output, other, components_)) continue;
+      obstacle = fmt::format(
+          "line {} may write the same file; components and parts add _component2 and -1 to a name",
+          other_line);
+    }
+    merged_.emplace_back(output, line);
+    return obstacle;
+  }
+
+  /// True if a scan or a merged cloud may be in the way of `file`.
+  bool Contains(const std::string& file) const {
+    CloudOutput alone;
+    alone.path = file;
+    return std::any_of(scans_.begin(), scans_.end(),
+                       [&](const std::string& scan) { return IsScanOf(alone, scan); }) ||
+           std::any_of(merged_.begin(), merged_.end(), [&](const auto& output) {
+             return MayWrite(output.first, components_, file);
+           });
+  }
+
+ private:
+  /// The scan itself, or what a link of that name leads to.
+  bool IsScanOf(const CloudOutput& output, const std::string& scan) const {
+    std::error_code error;
+    const std::string target = std::filesystem::weakly_canonical(scan, error).string();
+    return MayWrite(output, components_, scan) || (!error && MayWrite(output, components_, target));
+  }
+
+  int components_;
+  std::vector<std::string> scans_;
+  std::vector<std::pair<CloudOutput, int>> merged_;
+};
+
+CloudOutput ReadMerged(const YamlValue& item, TakenFiles& taken) {
   CloudOutput output;
   const YamlValue format = item.Required("format");
   const int choice = format.Choice(-1, FormatNames());
@@ -63,22 +108,20 @@ CloudOutput ReadMerged(const YamlValue& item, std::set<std::string>& taken) {
   if (std::filesystem::path(output.path).extension() != extension) {
     path.Reject("a file name ending in " + extension);
   }
-  if (!taken.insert(output.path).second ||
-      (output.max_points > 0 && IsPartOf(output.path, taken))) {
-    path.Reject("a path that no scan and no other output has");
-  }
+  const std::string obstacle = taken.Claim(output, path.line());
+  if (!obstacle.empty()) path.Reject("a path that no scan and no other output has", obstacle);
   return output;
 }
 
 CloudOutput ReadStationClouds(const YamlValue& map, const std::vector<StationSpec>& stations,
-                              const std::set<std::string>& taken) {
+                              const TakenFiles& taken) {
   CloudOutput output;
   output.format = static_cast<CloudFormat>(map.Required("format").Choice(0, FormatNames()));
   const YamlValue path = map.Required("path");
   output.path = path.Path();
   for (const StationSpec& station : stations) {
     const std::string file = StationCloudPath(output, station.id);
-    if (output.path.empty() || station.id.empty() || !taken.contains(file)) continue;
+    if (output.path.empty() || station.id.empty() || !taken.Contains(file)) continue;
     path.Reject("a folder where no scan or other output is in the way", "choose another folder",
                 file);
     break;
@@ -90,8 +133,7 @@ CloudOutput ReadStationClouds(const YamlValue& map, const std::vector<StationSpe
 
 OutputSpec ReadOutputs(const YamlValue& map, const std::vector<StationSpec>& stations) {
   OutputSpec outputs;
-  std::set<std::string> taken;
-  for (const StationSpec& station : stations) taken.insert(station.scan);
+  TakenFiles taken(stations);
   const YamlValue merged = map.Optional("merged");
   if (merged.present()) {
     outputs.merged.emplace();

@@ -1,9 +1,12 @@
 #include "pipeline/survey_pipeline.h"
 
 #include <chrono>
+#include <filesystem>
 
+#include "io/run_json.h"
 #include "pipeline/cloud_outputs.h"
 #include "pipeline/georeference_network.h"
+#include "pipeline/output_files.h"
 #include "pipeline/pair_discovery.h"
 #include "pipeline/report_pictures.h"
 #include "pipeline/run_outputs.h"
@@ -54,13 +57,18 @@ SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
   WriteReports(SummarizeRun(project, stations, discovery, network, ground, {}), pictures,
                out_directory);
   clock.Finish("report");
+  const std::vector<WrittenCloud> earlier =
+      ReadWrittenClouds((std::filesystem::path(out_directory) / "manifest.json").string());
   const CloudFiles clouds =
       WriteClouds(project, {options.ingest, stations, network, ground}, out_directory, context);
+  const std::vector<std::string> stale =
+      ClearStaleClouds(project, out_directory, earlier, clouds.files, context);
   clock.Finish("merge");
 
   run.record = SummarizeRun(project, stations, discovery, network, ground, clouds.files);
   run.record.warnings.insert(run.record.warnings.end(), clouds.warnings.begin(),
                              clouds.warnings.end());
+  run.record.warnings.insert(run.record.warnings.end(), stale.begin(), stale.end());
   WriteReports(run.record, pictures, out_directory);
   return run;
 }

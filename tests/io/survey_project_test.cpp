@@ -290,6 +290,52 @@ TEST_F(SurveyProjectTest, NamesEveryKindOfMistake) {
   EXPECT_THROW(ReadSurveyProject("no/such.yaml", {}), InputError);
 }
 
+TEST_F(SurveyProjectTest, NoTwoOutputsMayMeet) {
+  std::string head = "schema_version: 1\nstations:\n";
+  for (const char* name : {"a_component2", "S2", "S3", "S4"}) {
+    head += fmt::format("  - {{id: {0}, scan: scans/{0}.las}}\n", name);
+    std::ofstream(folder_ / "scans" / fmt::format("{}.las", name)) << "LASF";
+  }
+  std::filesystem::create_directory_symlink(folder_ / "scans", folder_ / "link");
+  const auto merged = [&](const std::string& first, const std::string& second) {
+    return fmt::format(
+        "{}outputs: {{merged: [{{format: las, path: {}}}, {{format: las, path: {}}}]}}\n", head,
+        first, second);
+  };
+  const std::string split = ", max_points: 9";
+  // Four stations may fall into two components, no more.
+  for (const auto& [first, second] : std::vector<std::pair<std::string, std::string>>{
+           {"a.las", "a.las"},
+           {"o/a.las", "o/../o/a.las"},
+           {"a.las", "a_component2.las"},
+           {"a_component2.las", "a.las"},
+           {"a.las" + split, "a-3.las"},
+           {"a-3.las", "a.las" + split},
+           {"a.las" + split, "a_component2-1.las"},
+           {"a_component2.las" + split, "a.las" + split}}) {
+    const std::string complaint = Complaint(merged(first, second));
+    EXPECT_THAT(complaint, HasSubstr("outputs.merged[1].path")) << first << " " << second;
+    EXPECT_THAT(complaint, HasSubstr("line 7 may write the same file")) << first << " " << second;
+    EXPECT_THAT(complaint, HasSubstr("1 mistake\n")) << first << " " << second;
+  }
+  for (const auto& [first, second] :
+       std::vector<std::pair<std::string, std::string>>{{"a.las", "a-1.las"},
+                                                        {"a.las", "a_component3.las"},
+                                                        {"a.las", "a_component02.las"},
+                                                        {"a.las" + split, "a-0.las"},
+                                                        {"a.las", "b/a_component2.las"},
+                                                        {"a.las" + split, "a-1-1.las"}}) {
+    EXPECT_EQ(Complaint(merged(first, second)), "") << first << " " << second;
+  }
+  // Scans, by their own name and through a link; clouds of stations.
+  EXPECT_THAT(Complaint(merged("x.las", "scans/S2.las")), HasSubstr("the scan"));
+  EXPECT_THAT(Complaint(merged("x.las", "link/S2.las")), HasSubstr("the scan"));
+  EXPECT_THAT(Complaint(merged("x.las", "scans/a.las")), HasSubstr("the scan"));
+  EXPECT_THAT(Complaint(head + "outputs: {merged: [{format: las, path: o/a.las}], stations: "
+                               "{format: las, path: o}}\n"),
+              HasSubstr("a folder where no scan or other output is in the way"));
+}
+
 TEST_F(SurveyProjectTest, SurvivesRandomDamage) {
   setenv("BACKSIGHT_TEST_SCANS", (folder_ / "scans").c_str(), 1);
   int valid = 0;
