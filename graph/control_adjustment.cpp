@@ -15,13 +15,6 @@ using Jacobian = Eigen::Matrix<double, 3, Eigen::Dynamic>;
 
 double WeightOf(const TiltObservation& tilt) { return 1.0 / (tilt.sigma_rad * tilt.sigma_rad); }
 
-/// How a point moves with a left perturbation (Retract) of the frame it is expressed in.
-Eigen::Matrix<double, 3, 6> PointJacobian(const Eigen::Vector3d& point) {
-  Eigen::Matrix<double, 3, 6> jacobian;
-  jacobian << -Skew(point), Eigen::Matrix3d::Identity();
-  return jacobian;
-}
-
 /// The levelled stations' mean z axis in the survey frame and the weight of all of them.
 Eigen::Vector3d MeanAxis(std::span<const TiltObservation> tilts,
                          std::span<const RigidTransform> poses, double* weight) {

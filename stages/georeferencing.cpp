@@ -40,9 +40,7 @@ CheckResidual Check(const SurveyedPoint& point, const ControlAdjustmentResult& p
         placed.enu_from_station[static_cast<std::size_t>(sighting.station)];
     const Eigen::Vector3d enu =
         placed.scale * (pose.rotation * sighting.point_m) + pose.translation;
-    const Eigen::Index column = 6 * sighting.station;
-    jacobian.middleCols<3>(column) -= Skew(enu) / count;
-    jacobian.middleCols<3>(column + 3) += Eigen::Matrix3d::Identity() / count;
+    jacobian.middleCols<6>(6 * sighting.station) += PointJacobian(enu) / count;
     growth += (enu - pose.translation) / count;
   }
   Eigen::Matrix3d variance =
