@@ -13,20 +13,6 @@ namespace {
 using Status = ControlAdjustmentResult::Status;
 using Jacobian = Eigen::Matrix<double, 3, Eigen::Dynamic>;
 
-double WeightOf(const TiltObservation& tilt) { return 1.0 / (tilt.sigma_rad * tilt.sigma_rad); }
-
-/// The levelled stations' mean z axis in the survey frame and the weight of all of them.
-Eigen::Vector3d MeanAxis(std::span<const TiltObservation> tilts,
-                         std::span<const RigidTransform> poses, double* weight) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  *weight = 0.0;
-  for (const TiltObservation& tilt : tilts) {
-    sum += WeightOf(tilt) * poses[static_cast<std::size_t>(tilt.station)].rotation.col(2);
-    *weight += WeightOf(tilt);
-  }
-  return sum / *weight;
-}
-
 Eigen::Vector3d MeanSurveyPoint(const SurveyedPoint& point, std::span<const RigidTransform> poses) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const Sighting& sighting : point.sightings) {
@@ -39,8 +25,7 @@ Eigen::Vector3d MeanSurveyPoint(const SurveyedPoint& point, std::span<const Rigi
 std::optional<RigidTransform> StartMotion(const ControlAdjustmentInput& input) {
   Correspondences pairs;
   std::vector<double> weights;
-  double tilt_weight = 0.0;
-  const Eigen::Vector3d up = MeanAxis(input.tilts, input.survey_from_station, &tilt_weight);
+  const Eigen::Vector3d up = EstimateVertical(input.tilts, input.survey_from_station).mean;
   for (const SurveyedPoint& point : input.points) {
     const Eigen::Vector3d seen = MeanSurveyPoint(point, input.survey_from_station);
     const double weight = 3.0 / point.sigma_m.squaredNorm();
@@ -177,18 +162,18 @@ class Adjuster {
   /// The part of the levelling that the free network left open: its mean axis is vertical.
   void AddVertical() {
     if (input_.tilts.empty()) return;
-    double weight = 0.0;
     const Eigen::Matrix3d& rotation = result_.enu_from_survey.rotation;
-    const Eigen::Vector3d axis = rotation * MeanAxis(input_.tilts, poses_, &weight);
+    const Vertical vertical = EstimateVertical(input_.tilts, poses_);
+    const Eigen::Vector3d axis = rotation * vertical.mean;
     Jacobian jacobian = Jacobian::Zero(3, size());
     jacobian.leftCols<3>() = -Skew(axis);
     for (const TiltObservation& tilt : input_.tilts) {
       const Eigen::Index column = ColumnOf(tilt.station);
       if (column < 0) continue;
       const Eigen::Vector3d z = poses_[static_cast<std::size_t>(tilt.station)].rotation.col(2);
-      jacobian.middleCols<3>(column) = -WeightOf(tilt) / weight * rotation * Skew(z);
+      jacobian.middleCols<3>(column) = -tilt.weight() / vertical.weight * rotation * Skew(z);
     }
-    Add(jacobian.topRows<2>(), axis.head<2>(), weight * Eigen::Matrix2d::Identity());
+    Add(jacobian.topRows<2>(), axis.head<2>(), vertical.weight * Eigen::Matrix2d::Identity());
   }
 
   void AddFreeNetwork() {
