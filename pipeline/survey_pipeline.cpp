@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <filesystem>
+#include <utility>
 
 #include "io/run_json.h"
 #include "pipeline/cloud_outputs.h"
@@ -34,7 +35,8 @@ class StageClock {
 }  // namespace
 
 SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
-                    const std::string& out_directory, const ExecutionContext& context) {
+                    std::shared_ptr<const GeodeticFrame> frame, const std::string& out_directory,
+                    const ExecutionContext& context) {
   SurveyRun run;
   StageClock clock(&run.times);
 
@@ -49,7 +51,7 @@ SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
   clock.Finish("network");
 
   const GeoreferencedNetwork ground =
-      GeoreferenceNetwork(project, stations, network, options.georeferencing);
+      GeoreferenceNetwork(project, std::move(frame), stations, network, options.georeferencing);
   clock.Finish("georeferencing");
 
   // Poses first: whatever may happen to the large files, they are kept.

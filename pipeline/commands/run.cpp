@@ -77,7 +77,7 @@ int RunCommand(const RunArguments& arguments) {
   const std::stop_token stop = InstallStopSignals();
   SurveyOptions options;
   const SurveyProject project = ReadSurveyProject(arguments.project, OptionSections(options));
-  MakeControlFrame(project);  // refuses what no network could mend
+  const auto frame = MakeControlFrame(project);  // refuses what no network could mend
 
   const std::string out =
       !arguments.out.empty() ? arguments.out : UsualOutDirectory(arguments.project);
@@ -87,7 +87,7 @@ int RunCommand(const RunArguments& arguments) {
   const int threads = arguments.threads >= 0 ? arguments.threads : project.resources.threads;
   const ExecutionContext context(threads, /*seed=*/0, &events, stop);
   try {
-    const SurveyRun run = RunSurvey(project, options, out, context);
+    const SurveyRun run = RunSurvey(project, options, frame, out, context);
     WriteManifest(project, options, run, start, context.threads(), out);
     fmt::print("{} Report: {}\n", run.record.verdict, (fs::path(out) / "report.html").string());
     return run.record.exit_code;
