@@ -102,6 +102,12 @@ Matrix6d LocalDifferenceJacobian(const Vector6d& difference) {
   return jacobian;
 }
 
+Eigen::Matrix<double, 3, 6> PointJacobian(const Eigen::Vector3d& moved_point) {
+  Eigen::Matrix<double, 3, 6> jacobian;
+  jacobian << -Skew(moved_point), Eigen::Matrix3d::Identity();
+  return jacobian;
+}
+
 Matrix6d Adjoint(const RigidTransform& transform) {
   Matrix6d adjoint = Matrix6d::Zero();
   adjoint.topLeftCorner<3, 3>() = transform.rotation;

@@ -59,6 +59,10 @@ Eigen::Matrix3d InverseLeftJacobianSo3(const Eigen::Vector3d& phi);
 /// d LocalDifference(Retract(T, d), reference) / d d at d = 0, from the value of the difference.
 Matrix6d LocalDifferenceJacobian(const Vector6d& difference);
 
+/// d (Retract(T, d) * x) / d d at d = 0, from the moved point T * x: [-[T x]x, I]. It holds for a
+/// point of a scaled frame, s R x + t, as well.
+Eigen::Matrix<double, 3, 6> PointJacobian(const Eigen::Vector3d& moved_point);
+
 /// First-order effect of a change of frame on xi: if T is perturbed by xi, then A * T * B is
 /// perturbed by Adjoint(A) * xi (any B). Rotation first.
 Matrix6d Adjoint(const RigidTransform& transform);

@@ -1,65 +1,15 @@
 #include "graph/control_adjustment.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/SVD>
 #include <cmath>
 
 #include "graph/network_covariance.h"
-#include "graph/rigid_fit.h"
 
 namespace backsight {
 namespace {
 
 using Status = ControlAdjustmentResult::Status;
 using Jacobian = Eigen::Matrix<double, 3, Eigen::Dynamic>;
-
-double WeightOf(const TiltObservation& tilt) { return 1.0 / (tilt.sigma_rad * tilt.sigma_rad); }
-
-/// How a point moves with a left perturbation (Retract) of the frame it is expressed in.
-Eigen::Matrix<double, 3, 6> PointJacobian(const Eigen::Vector3d& point) {
-  Eigen::Matrix<double, 3, 6> jacobian;
-  jacobian << -Skew(point), Eigen::Matrix3d::Identity();
-  return jacobian;
-}
-
-/// The levelled stations' mean z axis in the survey frame and the weight of all of them.
-Eigen::Vector3d MeanAxis(std::span<const TiltObservation> tilts,
-                         std::span<const RigidTransform> poses, double* weight) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  *weight = 0.0;
-  for (const TiltObservation& tilt : tilts) {
-    sum += WeightOf(tilt) * poses[static_cast<std::size_t>(tilt.station)].rotation.col(2);
-    *weight += WeightOf(tilt);
-  }
-  return sum / *weight;
-}
-
-Eigen::Vector3d MeanSurveyPoint(const SurveyedPoint& point, std::span<const RigidTransform> poses) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const Sighting& sighting : point.sightings) {
-    sum += poses[static_cast<std::size_t>(sighting.station)] * sighting.point_m;
-  }
-  return sum / static_cast<double>(point.sightings.size());
-}
-
-/// Closest motion in closed form. Levelled stations give each point a second one above it.
-std::optional<RigidTransform> StartMotion(const ControlAdjustmentInput& input) {
-  Correspondences pairs;
-  std::vector<double> weights;
-  double tilt_weight = 0.0;
-  const Eigen::Vector3d up = MeanAxis(input.tilts, input.survey_from_station, &tilt_weight);
-  for (const SurveyedPoint& point : input.points) {
-    const Eigen::Vector3d seen = MeanSurveyPoint(point, input.survey_from_station);
-    const double weight = 3.0 / point.sigma_m.squaredNorm();
-    pairs.Add(seen, point.enu_m, 0, 0);
-    weights.push_back(weight);
-    if (input.tilts.empty()) continue;
-    constexpr double kAbove = 10.0;
-    pairs.Add(seen + kAbove * up, point.enu_m + kAbove * Eigen::Vector3d::UnitZ(), 0, 0);
-    weights.push_back(weight);
-  }
-  return FitRigid(pairs, weights);
-}
 
 /// Gauss-Newton over [enu_from_survey; log of scale, where sought; stations but the first].
 class Adjuster {
@@ -89,6 +39,11 @@ class Adjuster {
       const Eigen::VectorXd step = -matrix_.ldlt().solve(gradient_);
       if (!step.allFinite()) return std::move(result_);
       Move(step);
+      // At a scale of zero nothing moves any more, which is no end but a collapse.
+      constexpr double kLargestScale = 1e6;
+      if (!(result_.scale > 1.0 / kLargestScale && result_.scale < kLargestScale)) {
+        return std::move(result_);
+      }
       constexpr double kSettled = 1e-9;  // m and rad
       if (step.cwiseAbs().maxCoeff() < kSettled) {
         result_.status = Status::kAdjusted;
@@ -179,18 +134,18 @@ class Adjuster {
   /// The part of the levelling that the free network left open: its mean axis is vertical.
   void AddVertical() {
     if (input_.tilts.empty()) return;
-    double weight = 0.0;
     const Eigen::Matrix3d& rotation = result_.enu_from_survey.rotation;
-    const Eigen::Vector3d axis = rotation * MeanAxis(input_.tilts, poses_, &weight);
+    const Vertical vertical = EstimateVertical(input_.tilts, poses_);
+    const Eigen::Vector3d axis = rotation * vertical.mean;
     Jacobian jacobian = Jacobian::Zero(3, size());
     jacobian.leftCols<3>() = -Skew(axis);
     for (const TiltObservation& tilt : input_.tilts) {
       const Eigen::Index column = ColumnOf(tilt.station);
       if (column < 0) continue;
       const Eigen::Vector3d z = poses_[static_cast<std::size_t>(tilt.station)].rotation.col(2);
-      jacobian.middleCols<3>(column) = -WeightOf(tilt) / weight * rotation * Skew(z);
+      jacobian.middleCols<3>(column) = -tilt.weight() / vertical.weight * rotation * Skew(z);
     }
-    Add(jacobian.topRows<2>(), axis.head<2>(), weight * Eigen::Matrix2d::Identity());
+    Add(jacobian.topRows<2>(), axis.head<2>(), vertical.weight * Eigen::Matrix2d::Identity());
   }
 
   void AddFreeNetwork() {
@@ -276,6 +231,7 @@ class Adjuster {
       if (column >= 0) jacobian.block<6, 6>(row, column) = adjoint;
     }
     result_.covariance = jacobian * inverse * jacobian.transpose();
+    if (input_.estimate_scale) result_.scale_covariance = jacobian * inverse.col(6);
   }
 
   const ControlAdjustmentInput& input_;
@@ -317,31 +273,14 @@ ControlAdjustmentResult AdjustCentred(const ControlAdjustmentInput& input, bool 
       enu - result.scale * (result.enu_from_survey.rotation * survey);
   for (RigidTransform& pose : result.enu_from_station) pose.translation += enu;
   if (result.covariance.size() > 0) result.covariance = InFrame(from_centre, result.covariance);
+  for (Eigen::Index row = 0; row < result.scale_covariance.size(); row += 6) {
+    const Vector6d moved = Adjoint(from_centre) * result.scale_covariance.segment<6>(row);
+    result.scale_covariance.segment<6>(row) = moved;
+  }
   return result;
 }
 
 }  // namespace
-
-Eigen::Matrix3d SurveyedPoint::Covariance() const {
-  return axes * sigma_m.array().square().matrix().asDiagonal() * axes.transpose();
-}
-
-bool IsDetermined(const ControlAdjustmentInput& input) {
-  const auto n = static_cast<Eigen::Index>(input.points.size());
-  if (n < 2) return false;
-  Eigen::Matrix3Xd spread(3, n);
-  for (Eigen::Index k = 0; k < n; ++k) {
-    spread.col(k) = input.points[static_cast<std::size_t>(k)].enu_m;
-  }
-  spread.colwise() -= Eigen::Vector3d(spread.rowwise().mean());
-  constexpr double kNotOnALine = 0.05;
-  const auto singular = [](const auto& matrix) {
-    return Eigen::VectorXd(Eigen::JacobiSVD<Eigen::MatrixXd>(matrix).singularValues());
-  };
-  const Eigen::VectorXd all = singular(spread);
-  if (n >= 3 && all[1] > kNotOnALine * all[0]) return true;
-  return !input.tilts.empty() && singular(spread.topRows(2))[0] > kNotOnALine * all[0];
-}
 
 ControlAdjustmentResult FitToControl(const ControlAdjustmentInput& input) {
   ControlAdjustmentResult result = AdjustCentred(input, /*move_stations=*/false);

@@ -30,8 +30,8 @@ double MedianSd(std::vector<double> squared, double limit_m) {
 Matrix6d Information(const Correspondences& c, const GncWelschResult& result) {
   Matrix6d information = Matrix6d::Zero();
   for (std::size_t a = 0; a < c.size(); ++a) {
-    Eigen::Matrix<double, 3, 6> jacobian;
-    jacobian << -Skew(result.target_from_source * c.source[a]), Eigen::Matrix3d::Identity();
+    const Eigen::Matrix<double, 3, 6> jacobian =
+        PointJacobian(result.target_from_source * c.source[a]);
     information += result.weights[a] * jacobian.transpose() * jacobian;
   }
   return information / (result.residual_sd_m * result.residual_sd_m);

@@ -15,33 +15,15 @@ Vector6d Residual(const PoseGraphLink& link, std::span<const RigidTransform> pos
   return LinkResidual(link, PoseOf(link.source, poses), PoseOf(link.target, poses));
 }
 
-/// The levelled stations' weighted mean z axis and their total weight.
-struct Vertical {
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  double weight = 0.0;
-};
-
 Eigen::Vector3d AxisOf(const TiltObservation& tilt, std::span<const RigidTransform> poses) {
   return PoseOf(tilt.station, poses).rotation.col(2);
-}
-
-double WeightOf(const TiltObservation& tilt) { return 1.0 / (tilt.sigma_rad * tilt.sigma_rad); }
-
-Vertical EstimateVertical(std::span<const TiltObservation> tilts,
-                          std::span<const RigidTransform> poses) {
-  Vertical vertical;
-  for (const TiltObservation& tilt : tilts) {
-    vertical.weight += WeightOf(tilt);
-    vertical.mean += WeightOf(tilt) / vertical.weight * (AxisOf(tilt, poses) - vertical.mean);
-  }
-  return vertical;
 }
 
 double TiltCost(std::span<const TiltObservation> tilts, std::span<const RigidTransform> poses) {
   const Vertical vertical = EstimateVertical(tilts, poses);
   double cost = 0.0;
   for (const TiltObservation& tilt : tilts) {
-    cost += 0.5 * WeightOf(tilt) * (AxisOf(tilt, poses) - vertical.mean).squaredNorm();
+    cost += 0.5 * tilt.weight() * (AxisOf(tilt, poses) - vertical.mean).squaredNorm();
   }
   return cost;
 }
@@ -83,17 +65,27 @@ void AddTilts(std::span<const TiltObservation> tilts, std::span<const RigidTrans
     const Eigen::Vector3d z = AxisOf(a, poses);
     const Eigen::Matrix3d cross = Skew(z);
     const Eigen::Index row = 6 * a.station;
-    system->cost += 0.5 * WeightOf(a) * (z - vertical.mean).squaredNorm();
-    system->gradient.segment<3>(row) += WeightOf(a) * z.cross(z - vertical.mean);
-    system->matrix.block<3, 3>(row, row) += WeightOf(a) * cross.transpose() * cross;
+    system->cost += 0.5 * a.weight() * (z - vertical.mean).squaredNorm();
+    system->gradient.segment<3>(row) += a.weight() * z.cross(z - vertical.mean);
+    system->matrix.block<3, 3>(row, row) += a.weight() * cross.transpose() * cross;
     for (const TiltObservation& b : tilts) {
       system->matrix.block<3, 3>(row, 6 * b.station) -=
-          WeightOf(a) * WeightOf(b) / vertical.weight * cross.transpose() * Skew(AxisOf(b, poses));
+          a.weight() * b.weight() / vertical.weight * cross.transpose() * Skew(AxisOf(b, poses));
     }
   }
 }
 
 }  // namespace
+
+Vertical EstimateVertical(std::span<const TiltObservation> tilts,
+                          std::span<const RigidTransform> poses) {
+  Vertical vertical;
+  for (const TiltObservation& tilt : tilts) {
+    vertical.weight += tilt.weight();
+    vertical.mean += tilt.weight() / vertical.weight * (AxisOf(tilt, poses) - vertical.mean);
+  }
+  return vertical;
+}
 
 double PoseObservationsCost(const PoseObservations& observations,
                             std::span<const RigidTransform> poses) {

@@ -30,7 +30,19 @@ struct PosePrior {
 struct TiltObservation {
   int station = 0;
   double sigma_rad = 1e-4;
+
+  double weight() const { return 1.0 / (sigma_rad * sigma_rad); }
 };
+
+/// The levelled stations' weighted mean z axis in the world, v above, and their total weight; both
+/// zero where there are none.
+struct Vertical {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  double weight = 0.0;
+};
+
+Vertical EstimateVertical(std::span<const TiltObservation> tilts,
+                          std::span<const RigidTransform> poses);
 
 /// What is known of the poses besides planes. `links` are 0.5 * r^T information r with r =
 /// LinkResidual; their confidence plays no part.

@@ -3,21 +3,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
 
 #include "core/error.h"
+#include "io/output_names.h"
 
 namespace backsight {
 
 std::vector<WrittenFile> WrittenFiles(const CloudWriterSpec& spec, std::uint64_t points) {
   const std::uint64_t most = spec.max_points_per_file;
   if (most == 0 || points <= most) return {{spec.path, points}};
-  const std::filesystem::path path(spec.path);
   std::vector<WrittenFile> files;
   for (std::uint64_t left = points; left > 0; left -= files.back().points) {
-    const std::string name =
-        fmt::format("{}-{}{}", path.stem().string(), files.size() + 1, path.extension().string());
-    files.push_back({(path.parent_path() / name).string(), std::min(left, most)});
+    files.push_back({PartPath(spec.path, files.size() + 1), std::min(left, most)});
   }
   return files;
 }

@@ -11,6 +11,7 @@
 #include <numbers>
 
 #include "core/error.h"
+#include "io/vertical_geoid.h"
 
 namespace backsight {
 namespace {
@@ -119,6 +120,32 @@ Grids GridsOf(PJ_CONTEXT* context, const PJ* operation) {
   return grids;
 }
 
+/// "EPSG:3855", however the project file wrote it.
+std::string CodeOf(const PJ* crs) {
+  const char* authority = proj_get_id_auth_name(crs, 0);
+  const char* code = proj_get_id_code(crs, 0);
+  return authority == nullptr || code == nullptr ? "" : fmt::format("{}:{}", authority, code);
+}
+
+/// Names the files, and the folders that are searched for them.
+[[noreturn]] void RefuseMissingGrid(const std::string& where, const std::string& name,
+                                    const std::string& grids, const std::string& vertical) {
+  const char* searched = proj_info().searchpath;
+  std::string remedy = fmt::format(
+      "put a GeoTIFF or GTX file under this very name into a folder of PROJ's grids ({}), or name "
+      "its folder in PROJ_DATA",
+      searched == nullptr || *searched == '\0' ? "/usr/share/proj" : searched);
+  const std::vector<std::string> geoids = VerticalGeoid::FilesFor(vertical);
+  if (!geoids.empty()) {
+    remedy += fmt::format(
+        "; or put the geoid file {} of GeographicLib into {}, or set GEOGRAPHICLIB_GEOID_PATH to "
+        "its folder",
+        fmt::join(geoids, " or "), VerticalGeoid::Folder());
+  }
+  throw InputError(
+      {where, fmt::format("{} needs a grid that is not installed: {}", name, grids), "", remedy});
+}
+
 [[noreturn]] void RefuseHeights(const std::string& where, const std::string& name,
                                 const std::string& why) {
   throw InputError(
@@ -157,7 +184,8 @@ Object BestOperation(PJ_CONTEXT* context, const PJ* source, const PJ* target,
 
 struct GeodeticFrame::Parts {
   Context context = MakeContext();
-  Object operation;  // CRS -> longitude, latitude (degrees), ellipsoidal height
+  Object operation;                      // CRS -> longitude, latitude (degrees), ellipsoidal height
+  std::unique_ptr<VerticalGeoid> geoid;  // null: the operation knows the heights
   std::string name, wkt, heights, where;
   std::unique_ptr<GeographicLib::Geocentric> ellipsoid;
   std::unique_ptr<GeographicLib::LocalCartesian> local;
@@ -168,11 +196,38 @@ struct GeodeticFrame::Parts {
   Eigen::Vector3d Convert(const Eigen::Vector3d& from, PJ_DIRECTION direction,
                           std::string_view frame) const {
     proj_errno_reset(operation.get());
-    const PJ_COORD in = proj_coord(from.x(), from.y(), from.z(), HUGE_VAL);
+    const double undulation = direction == PJ_INV ? UndulationAt(from) : 0.0;
+    const PJ_COORD in = proj_coord(from.x(), from.y(), from.z() - undulation, HUGE_VAL);
     const PJ_COORD out = proj_trans(operation.get(), direction, in);
-    const Eigen::Vector3d result(out.xyz.x, out.xyz.y, out.xyz.z);
+    Eigen::Vector3d result(out.xyz.x, out.xyz.y, out.xyz.z);
     if (proj_errno(operation.get()) != 0 || !result.allFinite()) RefusePlace(frame, from);
+    if (direction == PJ_FWD) result.z() += UndulationAt(result);
     return result;
+  }
+
+  /// Of the geoid file above the ellipsoid at longitude and latitude; 0 where there is none.
+  double UndulationAt(const Eigen::Vector3d& place) const {
+    return geoid ? geoid->HeightAt(place.y(), place.x()) : 0.0;
+  }
+
+  void SetWkt(const PJ* crs) {
+    const char* text = proj_as_wkt(context.get(), crs, PJ_WKT1_GDAL, nullptr);
+    if (text == nullptr) {
+      throw InputError({where, name + " cannot be written as WKT 1, which LAS needs",
+                        "a coordinate reference system with an EPSG code", ""});
+    }
+    wkt = text;
+  }
+
+  void SetEllipsoid(const PJ* crs) {
+    const Object found(proj_get_ellipsoid(context.get(), crs));
+    double a = 0.0;
+    double inverse_flattening = 0.0;
+    proj_ellipsoid_get_parameters(context.get(), found.get(), &a, nullptr, nullptr,
+                                  &inverse_flattening);
+    BACKSIGHT_CHECK(a > 0.0, "a datum has an ellipsoid");
+    const double flattening = inverse_flattening == 0.0 ? 0.0 : 1.0 / inverse_flattening;
+    ellipsoid = std::make_unique<GeographicLib::Geocentric>(a, flattening);
   }
 
   [[noreturn]] void RefusePlace(std::string_view frame, const Eigen::Vector3d& place) const {
@@ -190,46 +245,36 @@ GeodeticFrame::GeodeticFrame(const std::string& horizontal, const std::string& v
   parts_->where = where;
   const Object plane = FindHorizontal(context, horizontal, where);
   Object crs;
+  Object heights;
   if (vertical.empty()) {
     crs.reset(proj_crs_promote_to_3D(context, nullptr, plane.get()));
     parts_->name = proj_get_name(plane.get());
   } else {
-    const Object heights = FindVertical(context, vertical, where);
+    heights = FindVertical(context, vertical, where);
     parts_->name = fmt::format("{} + {}", proj_get_name(plane.get()), proj_get_name(heights.get()));
     crs.reset(proj_create_compound_crs(context, parts_->name.c_str(), plane.get(), heights.get()));
   }
   const Object geodetic(proj_crs_get_geodetic_crs(context, plane.get()));
   const Object target(proj_crs_promote_to_3D(context, nullptr, geodetic.get()));
   BACKSIGHT_CHECK(crs && target, "PROJ combines known systems");
-  const Object operation = BestOperation(context, crs.get(), target.get(), where);
+  Object operation = BestOperation(context, crs.get(), target.get(), where);
   const Grids grids = GridsOf(context, operation.get());
-  if (!grids.missing.empty()) {
-    throw InputError(
-        {where,
-         fmt::format("{} needs a grid that is not installed: {}", parts_->name, grids.missing), "",
-         "put it into PROJ's data folder (PROJ_DATA, or /usr/share/proj)"});
-  }
   parts_->heights = vertical.empty() ? "ellipsoidal heights" : "by " + grids.used;
+  if (!grids.missing.empty()) {
+    const std::string code = CodeOf(heights.get());
+    parts_->geoid = VerticalGeoid::Open(code);
+    if (!parts_->geoid) RefuseMissingGrid(where, parts_->name, grids.missing, code);
+    parts_->heights = "by " + parts_->geoid->file_name();
+    const Object above(proj_crs_promote_to_3D(context, nullptr, plane.get()));
+    operation = BestOperation(context, above.get(), target.get(), where);
+  }
   parts_->operation.reset(proj_normalize_for_visualization(context, operation.get()));
   if (!parts_->operation || proj_degree_output(parts_->operation.get(), PJ_FWD) == 0) {
     throw InputError({where, parts_->name + ": its datum counts angles in another unit",
                       "a datum whose geographic coordinates are in degrees", ""});
   }
-  const char* wkt =
-      proj_as_wkt(context, vertical.empty() ? plane.get() : crs.get(), PJ_WKT1_GDAL, nullptr);
-  if (wkt == nullptr) {
-    throw InputError({where, parts_->name + " cannot be written as WKT 1, which LAS needs",
-                      "a coordinate reference system with an EPSG code", ""});
-  }
-  parts_->wkt = wkt;
-  const Object ellipsoid(proj_get_ellipsoid(context, plane.get()));
-  double a = 0.0;
-  double inverse_flattening = 0.0;
-  proj_ellipsoid_get_parameters(context, ellipsoid.get(), &a, nullptr, nullptr,
-                                &inverse_flattening);
-  BACKSIGHT_CHECK(a > 0.0, "a datum has an ellipsoid");
-  const double flattening = inverse_flattening == 0.0 ? 0.0 : 1.0 / inverse_flattening;
-  parts_->ellipsoid = std::make_unique<GeographicLib::Geocentric>(a, flattening);
+  parts_->SetWkt(vertical.empty() ? plane.get() : crs.get());
+  parts_->SetEllipsoid(plane.get());
 }
 
 GeodeticFrame::~GeodeticFrame() = default;

@@ -13,9 +13,10 @@ namespace backsight {
 class GeodeticFrame {
  public:
   /// `horizontal`: any projected CRS that PROJ knows ("EPSG:25832"); `vertical`: of its heights, or
-  /// empty: heights are ellipsoidal. Throws InputError, `where` in it, for an unknown name, a CRS
-  /// of another kind or not in metres, heights that need a grid that is not installed (named), and
-  /// heights that can be had through another datum only: none is ever guessed.
+  /// empty: heights are ellipsoidal. They lead to the ellipsoid by a grid of PROJ, or where that
+  /// is not installed by a VerticalGeoid. Throws InputError, `where` in it, for an unknown name, a
+  /// CRS of another kind or not in metres, heights for which neither is installed (the files are
+  /// named), and heights that can be had through another datum only: none is ever guessed.
   GeodeticFrame(const std::string& horizontal, const std::string& vertical,
                 const std::string& where);
   ~GeodeticFrame();

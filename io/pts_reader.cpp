@@ -22,8 +22,8 @@ struct PtsScan {
 
 class PtsReader : public ScanReader {
  public:
-  PtsReader(const std::string& path, int scan_index)
-      : source_(path), lines_(source_), records_(lines_) {
+  PtsReader(const std::string& path, int scan_index, const TextColumns& columns)
+      : source_(path), lines_(source_), records_(lines_, columns) {
     info_.path = path;
     info_.format = "PTS";
     info_.scan_index = scan_index;
@@ -115,8 +115,9 @@ class PtsReader : public ScanReader {
 
 }  // namespace
 
-std::unique_ptr<ScanReader> OpenPts(const std::string& path, int scan_index) {
-  return std::make_unique<PtsReader>(path, scan_index);
+std::unique_ptr<ScanReader> OpenPts(const std::string& path, int scan_index,
+                                    const TextColumns& columns) {
+  return std::make_unique<PtsReader>(path, scan_index, columns);
 }
 
 }  // namespace backsight

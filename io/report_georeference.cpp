@@ -13,7 +13,8 @@ std::string Mm(double metres, const std::string& field) {
 }
 
 std::string Chain(const GeoreferenceRecord& g) {
-  const std::string field = fmt::format("georeference of component {}", g.component);
+  const std::string field =
+      fmt::format("georeference of component {}", ComponentNumber(g.component));
   std::string text = "Coordinates: <b>" + HtmlText(g.crs) + "</b>";
   if (!g.heights.empty()) text += ", " + HtmlText(g.heights);
   text += ". ";
@@ -26,11 +27,14 @@ std::string Chain(const GeoreferenceRecord& g) {
         FixedText(g.origin_deg_deg_m->z(), 3, field), FixedText(g.convergence_deg, 5, field),
         FixedText(g.point_scale, 7, field));
   }
-  text += fmt::format(
-      "Redundancy {}, variance factor {}. Scale against control: {} &plusmn; {} ppm, applied: {} "
-      "ppm.",
-      g.redundancy, FixedText(g.variance_factor, 2, field), FixedText(g.scale_test_ppm, 1, field),
-      FixedText(g.scale_sigma_ppm, 1, field), FixedText(1e6 * (g.scale - 1.0), 1, field));
+  const std::string scale =
+      g.scale_test ? fmt::format("{} &plusmn; {} ppm", FixedText(g.scale_test->off_ppm, 1, field),
+                                 FixedText(g.scale_test->sigma_ppm, 1, field))
+                   : "not tested, its adjustment did not converge";
+  text +=
+      fmt::format("Redundancy {}, variance factor {}. Scale against control: {}; applied: {} ppm.",
+                  g.redundancy, FixedText(g.variance_factor, 2, field), scale,
+                  FixedText(1e6 * (g.scale - 1.0), 1, field));
   return HtmlSentence(text);
 }
 
@@ -104,7 +108,7 @@ std::string GeoreferenceSection(const RunRecord& run) {
   std::string html = "<h2>Control and check points</h2>\n";
   for (const GeoreferenceRecord& g : run.georeference) {
     if (run.georeference.size() > 1) {
-      html += fmt::format("<h3>Component {}</h3>\n", g.component);
+      html += fmt::format("<h3>Component {}</h3>\n", ComponentNumber(g.component));
     }
     if (!g.placed()) {
       html += HtmlSentence("Not tied to the ground: " + HtmlText(CodeWords(g.status)) +

@@ -174,8 +174,8 @@ std::string Plans(const RunRecord& run) {
   html += Legend();
   for (const auto& [component, stations] : components) {
     if (components.size() > 1) {
-      html += fmt::format("<h3>Component {}: {} station{}</h3>\n", component, stations.size(),
-                          stations.size() == 1 ? "" : "s");
+      html += fmt::format("<h3>Component {}: {} station{}</h3>\n", ComponentNumber(component),
+                          stations.size(), stations.size() == 1 ? "" : "s");
     }
     html += stations.size() > 1 ? PlanSvg(run, component)
                                 : "<p>" + HtmlText(stations.front()) + " stands alone.</p>\n";

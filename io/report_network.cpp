@@ -26,11 +26,11 @@ std::string ComponentTable(const RunRecord& run) {
                    {"least determined"},
                    {"&sigma; there [mm]", true}});
   for (const ComponentRecord& c : run.components) {
-    const std::string field = fmt::format("component {}", c.component);
-    table.Row({std::to_string(c.component), std::to_string(c.stations), std::to_string(c.links),
-               std::to_string(c.redundancy), FixedText(c.sigma_factor, 2, field),
-               HtmlText(CodeWords(c.refinement)), std::to_string(c.planes),
-               std::to_string(c.observations), std::to_string(c.rounds),
+    const std::string field = fmt::format("component {}", ComponentNumber(c.component));
+    table.Row({std::to_string(ComponentNumber(c.component)), std::to_string(c.stations),
+               std::to_string(c.links), std::to_string(c.redundancy),
+               FixedText(c.sigma_factor, 2, field), HtmlText(CodeWords(c.refinement)),
+               std::to_string(c.planes), std::to_string(c.observations), std::to_string(c.rounds),
                std::to_string(c.iterations), FixedText(c.plane_sigma_factor, 2, field),
                HtmlText(c.weakest_station), FixedText(1000 * c.weakest_sigma_m, 2, field)});
   }

@@ -130,7 +130,7 @@ std::string PlanSvg(const RunRecord& run, int component) {
   std::string svg = fmt::format(
       "<svg class=\"plan\" viewBox=\"0 0 {0:.0f} {1:.0f}\" role=\"img\" "
       "aria-label=\"Plan view of component {2}\">\n",
-      kWidth, layout.height(), component);
+      kWidth, layout.height(), ComponentNumber(component));
   // Accepted links are drawn last, over the dashed ones.
   for (const bool accepted : {false, true}) {
     for (const LinkRecord& link : run.links) {

@@ -40,7 +40,7 @@ std::string StationTable(const RunRecord& run) {
     };
     if (placed) {
       const std::string field = "position of station " + pose.station;
-      cells.push_back(std::to_string(pose.component));
+      cells.push_back(std::to_string(ComponentNumber(pose.component)));
       for (int i = 0; i < 3; ++i) {
         cells.push_back(FixedText(pose.survey_from_station.translation(i), 3, field));
       }

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -162,21 +163,22 @@ ordered_json ToJson(const CheckRecord& check) {
 ordered_json ToJson(const GeoreferenceRecord& g) {
   ordered_json points = ordered_json::array();
   for (const SurveyPointRecord& point : g.points) points.push_back(ToJson(point));
-  return {{"component", g.component},
-          {"status", g.status},
-          {"crs", g.crs},
-          {"heights", g.heights},
-          {"origin_deg_deg_m", ToJson(g.origin_deg_deg_m)},
-          {"convergence_deg", g.convergence_deg},
-          {"point_scale", g.point_scale},
-          {"enu_from_survey", ToJson(g.enu_from_survey)},
-          {"scale", g.scale},
-          {"scale_test_ppm", g.scale_test_ppm},
-          {"scale_sigma_ppm", g.scale_sigma_ppm},
-          {"redundancy", g.redundancy},
-          {"variance_factor", g.variance_factor},
-          {"points", std::move(points)},
-          {"check", ToJson(g.check)}};
+  return {
+      {"component", g.component},
+      {"status", g.status},
+      {"crs", g.crs},
+      {"heights", g.heights},
+      {"origin_deg_deg_m", ToJson(g.origin_deg_deg_m)},
+      {"convergence_deg", g.convergence_deg},
+      {"point_scale", g.point_scale},
+      {"enu_from_survey", ToJson(g.enu_from_survey)},
+      {"scale", g.scale},
+      {"scale_test_ppm", g.scale_test ? ordered_json(g.scale_test->off_ppm) : ordered_json()},
+      {"scale_sigma_ppm", g.scale_test ? ordered_json(g.scale_test->sigma_ppm) : ordered_json()},
+      {"redundancy", g.redundancy},
+      {"variance_factor", g.variance_factor},
+      {"points", std::move(points)},
+      {"check", ToJson(g.check)}};
 }
 
 ordered_json ToJson(const ComponentRecord& component) {
@@ -278,6 +280,10 @@ std::string ManifestJson(const ManifestRecord& manifest) {
   for (const StageTime& stage : manifest.stages) {
     stages.push_back({{"stage", stage.stage}, {"seconds", stage.seconds}});
   }
+  ordered_json clouds = ordered_json::array();
+  for (const WrittenCloud& cloud : manifest.clouds) {
+    clouds.push_back({{"path", cloud.path}, {"bytes", cloud.bytes}});
+  }
   return Dump({{"schema_version", kSchemaVersion},
                {"version", manifest.version},
                {"git_hash", manifest.git_hash},
@@ -288,8 +294,23 @@ std::string ManifestJson(const ManifestRecord& manifest) {
                {"threads", manifest.threads},
                {"options", manifest.options},
                {"inputs", std::move(inputs)},
-               {"stages", std::move(stages)}},
+               {"stages", std::move(stages)},
+               {"clouds", std::move(clouds)}},
               "manifest.json");
+}
+
+std::vector<WrittenCloud> ReadWrittenClouds(const std::string& manifest_path) {
+  std::ifstream file(manifest_path);
+  const ordered_json manifest =
+      ordered_json::parse(file, /*cb=*/nullptr, /*allow_exceptions=*/false);
+  if (!manifest.is_object() || !manifest.contains("clouds")) return {};
+  std::vector<WrittenCloud> clouds;
+  for (const ordered_json& cloud : manifest["clouds"]) {
+    if (!cloud.is_object() || !cloud.contains("path") || !cloud.contains("bytes")) continue;
+    if (!cloud["path"].is_string() || !cloud["bytes"].is_number_unsigned()) continue;
+    clouds.push_back({cloud["path"].get<std::string>(), cloud["bytes"].get<std::uint64_t>()});
+  }
+  return clouds;
 }
 
 }  // namespace backsight

@@ -16,4 +16,8 @@ std::string PosesJson(const std::vector<PoseRecord>& poses);
 std::string ReportJson(const RunRecord& run);
 std::string ManifestJson(const ManifestRecord& manifest);
 
+/// The clouds that the run of a manifest wrote; none where the file is missing, damaged or older
+/// than this list: what is not listed is nobody's to remove.
+std::vector<WrittenCloud> ReadWrittenClouds(const std::string& manifest_path);
+
 }  // namespace backsight

@@ -42,8 +42,7 @@ std::optional<PoseSigma> SigmaOf(const PoseRecord& pose) {
 }
 
 PoseSigma SigmaOf(const RigidTransform& motion, const Matrix6d& covariance) {
-  Eigen::Matrix<double, 3, 6> jacobian;
-  jacobian << -Skew(motion.translation), Eigen::Matrix3d::Identity();
+  const Eigen::Matrix<double, 3, 6> jacobian = PointJacobian(motion.translation);
   const Eigen::Matrix3d position = jacobian * covariance * jacobian.transpose();
   // Rounding may leave a variance of a fixed station just below zero.
   const Eigen::Vector3d eigenvalues =

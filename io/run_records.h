@@ -10,6 +10,11 @@
 
 namespace backsight {
 
+/// Components count from 0 in the program and in what machines read: the columns and keys
+/// `component` of poses.csv and the JSON files. What people read counts from 1: this number, in
+/// report.html, in warnings and in file names (merged_component2.las is component 1 of poses.csv).
+constexpr int ComponentNumber(int component) { return component + 1; }
+
 /// The words of the `status` columns.
 enum class StationStatus { kRegistered, kNotRegistered, kUnreadable };
 enum class LinkStatus { kAccepted, kRejected, kFailed, kSkipped };
@@ -27,7 +32,7 @@ struct GroundPose {
 /// One line of poses.csv.
 struct PoseRecord {
   std::string station;
-  int component = -1;  ///< -1: not placed
+  int component = -1;  ///< from 0, ComponentNumber; -1: not placed
   StationStatus status = StationStatus::kNotRegistered;
   std::string reason;  ///< empty where registered
   RigidTransform survey_from_station;
@@ -141,6 +146,12 @@ struct CheckRecord {
   double predicted_3d_m = 0.0;  ///< from the covariances
 };
 
+/// What control says of a component's scale.
+struct ScaleRecord {
+  double off_ppm = 0.0;
+  double sigma_ppm = 0.0;
+};
+
 /// How one component was tied to its control.
 struct GeoreferenceRecord {
   int component = 0;
@@ -151,9 +162,8 @@ struct GeoreferenceRecord {
   double convergence_deg = 0.0;
   double point_scale = 1.0;  ///< of the grid at the origin
   RigidTransform enu_from_survey;
-  double scale = 1.0;           ///< applied
-  double scale_test_ppm = 0.0;  ///< what control says of the network's scale
-  double scale_sigma_ppm = 0.0;
+  double scale = 1.0;                     ///< applied
+  std::optional<ScaleRecord> scale_test;  ///< absent: its adjustment did not converge
   int redundancy = 0;
   double variance_factor = 1.0;  ///< applied to the covariances
   std::vector<SurveyPointRecord> points;
@@ -217,6 +227,12 @@ struct StageTime {
   double seconds = 0.0;
 };
 
+/// A cloud that a run wrote.
+struct WrittenCloud {
+  std::string path;
+  std::uint64_t bytes = 0;
+};
+
 struct ManifestRecord {
   std::string version;
   std::string git_hash;
@@ -228,6 +244,7 @@ struct ManifestRecord {
   double peak_memory_mb = 0.0;
   int threads = 0;
   std::vector<StageTime> stages;
+  std::vector<WrittenCloud> clouds;
 };
 
 }  // namespace backsight

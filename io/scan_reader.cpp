@@ -147,24 +147,34 @@ Format FindFormat(const std::string& path) {
                     "convert it to one of these"});
 }
 
-std::unique_ptr<ScanReader> OpenSingle(const std::string& path, Format format, int scan_index) {
+bool TakesColumns(Format format) { return format == Format::kXyz || format == Format::kPts; }
+
+std::unique_ptr<ScanReader> OpenSingle(const std::string& path, Format format, int scan_index,
+                                       const TextColumns& columns) {
   if (scan_index != 0) {
     throw InputError({path, fmt::format("no scan with index {}", scan_index),
                       "scan_index 0: the file holds one scan", "correct scan_index"});
   }
   if (format == Format::kLas) return OpenLas(path);
   if (format == Format::kPcd) return OpenPcd(path);
-  return format == Format::kPly ? OpenPly(path) : OpenXyz(path);
+  return format == Format::kPly ? OpenPly(path) : OpenXyz(path, columns);
 }
 
 }  // namespace
 
-std::unique_ptr<ScanReader> OpenScan(const std::string& path, int scan_index) {
+bool TakesColumns(const std::string& path) { return TakesColumns(FindFormat(path)); }
+
+std::unique_ptr<ScanReader> OpenScan(const std::string& path, int scan_index,
+                                     const TextColumns& columns) {
   const Format format = FindFormat(path);
+  if (!columns.empty() && !TakesColumns(format)) {
+    throw InputError({path, "columns are given, but this format says itself what it holds",
+                      "columns only for text scans (XYZ, PTS)", "leave columns out"});
+  }
   if (format == Format::kE57) return OpenE57(path, scan_index);
   if (format == Format::kPtx) return OpenPtx(path, scan_index);
-  if (format == Format::kPts) return OpenPts(path, scan_index);
-  return OpenSingle(path, format, scan_index);
+  if (format == Format::kPts) return OpenPts(path, scan_index, columns);
+  return OpenSingle(path, format, scan_index, columns);
 }
 
 }  // namespace backsight

@@ -8,6 +8,7 @@
 
 #include "core/point_chunk.h"
 #include "core/rigid_transform.h"
+#include "io/text_columns.h"
 
 namespace backsight {
 
@@ -60,7 +61,12 @@ class ScanReader {
 
 /// Opens scan `scan_index` of the file; the format is known by the file's content first, its
 /// extension second. Throws InputError for a missing, empty or unknown file (LAZ, COPC: named
-/// as such, with what to convert them with).
-std::unique_ptr<ScanReader> OpenScan(const std::string& path, int scan_index = 0);
+/// as such, with what to convert them with), and for `columns` that are given though TakesColumns
+/// is false.
+std::unique_ptr<ScanReader> OpenScan(const std::string& path, int scan_index = 0,
+                                     const TextColumns& columns = {});
+
+/// True for text (XYZ, PTS), whose columns have no meaning of their own. Throws as OpenScan.
+bool TakesColumns(const std::string& path);
 
 }  // namespace backsight

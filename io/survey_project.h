@@ -8,6 +8,7 @@
 
 #include "core/option_visitor.h"
 #include "core/rigid_transform.h"
+#include "io/text_columns.h"
 
 namespace backsight {
 
@@ -28,6 +29,7 @@ struct StationSpec {
   /// Position of the instrument in the scan's own coordinates, metres; needed only for scans that
   /// are not in their scanner's frame.
   std::optional<Eigen::Vector3d> scanner_origin_m;
+  TextColumns columns;  ///< of a text scan (XYZ, PTS); empty: guessed from its values
 };
 
 /// Names of EPSG or another authority, "EPSG:25832".

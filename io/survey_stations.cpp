@@ -10,7 +10,9 @@
 #include <map>
 #include <utility>
 
+#include "core/error.h"
 #include "io/nearest_name.h"
+#include "io/scan_reader.h"
 
 namespace backsight {
 namespace {
@@ -126,6 +128,31 @@ ScanKey KeyOfScan(const StationSpec& station) {
   return {error ? station.scan : canonical.string(), station.scan_index};
 }
 
+/// Columns of a text scan; whether `scan` is one is looked up if it can be opened.
+TextColumns ReadColumns(const YamlValue& list, const std::string& scan) {
+  constexpr std::size_t kMaxColumns = 256;
+  TextColumns columns;
+  for (const YamlValue& item : list.Items(3, kMaxColumns)) {
+    const int choice = item.Choice(-1, TextColumnNames());
+    if (choice < 0) return {};  // reported at the element
+    columns.push_back(static_cast<TextColumn>(choice));
+  }
+  if (columns.empty()) return {};
+  const std::string fault = FaultOf(columns);
+  if (!fault.empty()) {
+    list.Reject("x, y and z once each, intensity or not, r, g and b or none of them, and skip", "",
+                fault);
+  }
+  try {
+    if (!TakesColumns(scan)) {
+      list.Reject("no columns: only text scans (XYZ, PTS) do not say what they hold");
+    }
+  } catch (const InputError&) {
+    // A scan that cannot be read fails its station later, with the reason.
+  }
+  return columns;
+}
+
 StationSpec ReadStation(const YamlValue& item, std::map<std::string, int>& ids,
                         std::map<ScanKey, int>& scans) {
   StationSpec station;
@@ -152,6 +179,8 @@ StationSpec ReadStation(const YamlValue& item, std::map<std::string, int>& ids,
   if (prior.present()) station.prior = ReadPrior(prior);
   const YamlValue origin = item.Optional("scanner_origin_m");
   if (origin.present()) station.scanner_origin_m = ReadVector(origin, kCoordinate);
+  const YamlValue columns = item.Optional("columns");
+  if (columns.present()) station.columns = ReadColumns(columns, station.scan);
   return station;
 }
 

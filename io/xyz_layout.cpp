@@ -100,6 +100,13 @@ void UseValues(Sample sample, XyzLayout& layout) {
   }
 }
 
+void GuessRanges(Sample sample, bool is_pts, XyzLayout& layout) {
+  if (layout.HasIntensity()) {
+    layout.intensity_range = GuessIntensityRange(RangeOf(sample, layout.intensity), is_pts);
+  }
+  if (layout.HasRgb()) layout.color_scale = ColorScaleOf(sample, layout.rgb);
+}
+
 }  // namespace
 
 std::string XyzLayout::Describe() const {
@@ -127,10 +134,23 @@ XyzLayout GuessXyzLayout(std::span<const std::string> header,
   XyzLayout layout;
   layout.columns = sample.front().size();
   if (!UseNames(header, layout)) UseValues(sample, layout);
-  if (layout.HasIntensity()) {
-    layout.intensity_range = GuessIntensityRange(RangeOf(sample, layout.intensity), is_pts);
-  }
-  if (layout.HasRgb()) layout.color_scale = ColorScaleOf(sample, layout.rgb);
+  GuessRanges(sample, is_pts, layout);
+  return layout;
+}
+
+XyzLayout GivenXyzLayout(const TextColumns& columns, std::span<const std::vector<double>> sample,
+                         bool is_pts) {
+  const auto place = [&](TextColumn column) {
+    const auto found = std::find(columns.begin(), columns.end(), column);
+    return found == columns.end() ? XyzLayout::kNone
+                                  : static_cast<std::size_t>(found - columns.begin());
+  };
+  XyzLayout layout;
+  layout.columns = columns.size();
+  layout.xyz = {place(TextColumn::kX), place(TextColumn::kY), place(TextColumn::kZ)};
+  layout.intensity = place(TextColumn::kIntensity);
+  layout.rgb = {place(TextColumn::kRed), place(TextColumn::kGreen), place(TextColumn::kBlue)};
+  GuessRanges(sample, is_pts, layout);
   return layout;
 }
 

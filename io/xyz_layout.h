@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "io/point_collector.h"
+#include "io/text_columns.h"
 
 namespace backsight {
 
@@ -35,5 +36,10 @@ struct XyzLayout {
 /// or behind the intensity. `is_pts`: intensities may be -2048 to 2047.
 XyzLayout GuessXyzLayout(std::span<const std::string> header,
                          std::span<const std::vector<double>> sample, bool is_pts);
+
+/// The same for columns that are given, as many as each line of `sample` has: only the ranges of
+/// intensity and colour go by its values.
+XyzLayout GivenXyzLayout(const TextColumns& columns, std::span<const std::vector<double>> sample,
+                         bool is_pts);
 
 }  // namespace backsight

@@ -9,7 +9,8 @@ namespace {
 
 class XyzReader : public ScanReader {
  public:
-  explicit XyzReader(const std::string& path) : source_(path), lines_(source_), records_(lines_) {
+  XyzReader(const std::string& path, const TextColumns& columns)
+      : source_(path), lines_(source_), records_(lines_, columns) {
     info_.path = path;
     info_.format = "XYZ";
     if (!records_.SkipPreamble(info_.notes)) {
@@ -49,8 +50,8 @@ class XyzReader : public ScanReader {
 
 }  // namespace
 
-std::unique_ptr<ScanReader> OpenXyz(const std::string& path) {
-  return std::make_unique<XyzReader>(path);
+std::unique_ptr<ScanReader> OpenXyz(const std::string& path, const TextColumns& columns) {
+  return std::make_unique<XyzReader>(path, columns);
 }
 
 }  // namespace backsight

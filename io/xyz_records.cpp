@@ -21,15 +21,6 @@ char SeparatorOf(std::string_view line) {
   return line.find(',') != std::string_view::npos ? ',' : ' ';
 }
 
-/// Header lines start with a name; a damaged number does not make a line a header.
-bool LooksLikeNames(std::string_view line) {
-  const char c = line.front();
-  if (!(c == '"' || c == '_' || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z'))) return false;
-  std::vector<std::string_view> words(1);
-  SplitFields(line, SeparatorOf(line), words);
-  return !ParseNumber(words[0]);  // "nan" is a number
-}
-
 std::vector<std::string> NamesOf(std::string_view line) {
   line = line.substr(std::min(line.size(), line.find_first_not_of("#/ \t")));
   std::vector<std::string_view> words(kMaxColumns);
@@ -45,6 +36,18 @@ std::vector<std::string> NamesOf(std::string_view line) {
 }
 
 }  // namespace
+
+/// Header lines start with a name; a damaged number does not make a line a header. Columns to skip
+/// may hold names on every line, so that the first of the others decides.
+bool XyzRecords::LooksLikeNames(std::string_view line) const {
+  std::size_t place = 0;
+  while (IsSkipped(place)) ++place;
+  std::vector<std::string_view> words(place + 1);
+  if (SplitFields(line, SeparatorOf(line), words) <= place || words[place].empty()) return false;
+  const char c = words[place].front();
+  if (!(c == '"' || c == '_' || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z'))) return false;
+  return !ParseNumber(words[place]);  // "nan" is a number
+}
 
 bool XyzRecords::SkipPreamble(std::vector<std::string>& notes) {
   std::uint64_t offset = 0;
@@ -92,9 +95,13 @@ void XyzRecords::GuessLayout(bool is_pts, std::uint64_t most, std::vector<std::s
   } catch (const InputError&) {
     if (columns == 0) throw;
   }
-  if (sample.empty()) sample.emplace_back(std::max<std::size_t>(columns, 3), 0.0);
-  layout_ = GuessXyzLayout(names_, sample, is_pts);
-  notes.push_back(fmt::format("{}, by the first {} lines", layout_.Describe(), sample.size()));
+  if (sample.empty()) {
+    sample.emplace_back(std::max<std::size_t>({columns, given_.size(), 3}), 0.0);
+  }
+  layout_ = given_.empty() ? GuessXyzLayout(names_, sample, is_pts)
+                           : GivenXyzLayout(given_, sample, is_pts);
+  notes.push_back(fmt::format("{}, {}by the first {} lines", layout_.Describe(),
+                              given_.empty() ? "" : "as given, ranges ", sample.size()));
   lines_.Restart(offset, line_number);
 }
 
@@ -113,16 +120,26 @@ bool XyzRecords::Next() {
     words_.resize(kMaxColumns);
   }
   const std::size_t count = SplitFields(line, separator_, words_);
-  if (count < 3 || count > kMaxColumns || (!first && count != values_.size())) {
-    throw lines_.Error(fmt::format("{} values: {}", count, Quoted(line)),
-                       first ? "x y z and possibly intensity and colour"
-                             : fmt::format("{} values, as in the lines before", values_.size()),
-                       "the line is damaged, or the file holds several clouds: split or export it "
-                       "again");
-  }
+  RequireCount(count, line);
   values_.resize(count);
-  for (std::size_t i = 0; i < count; ++i) values_[i] = Number(words_[i]);
+  for (std::size_t i = 0; i < count; ++i) values_[i] = IsSkipped(i) ? 0.0 : Number(words_[i]);
   return true;
+}
+
+void XyzRecords::RequireCount(std::size_t count, std::string_view line) const {
+  const std::string found = fmt::format("{} values: {}", count, Quoted(line));
+  if (!given_.empty()) {
+    if (count == given_.size()) return;
+    throw lines_.Error(found, fmt::format("{} values, as many as columns given", given_.size()),
+                       "name every column of the file, or skip for what it does not matter");
+  }
+  const bool first = values_.empty();
+  if (count >= 3 && count <= kMaxColumns && (first || count == values_.size())) return;
+  throw lines_.Error(found,
+                     first ? "x y z and possibly intensity and colour"
+                           : fmt::format("{} values, as in the lines before", values_.size()),
+                     "the line is damaged, or the file holds several clouds: split or export it "
+                     "again");
 }
 
 double XyzRecords::Number(std::string_view word) const {

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "io/line_reader.h"
@@ -12,24 +13,26 @@
 namespace backsight {
 
 /// What text clouds share: lines of numbers, blank lines and comments (#, //) between them, a line
-/// of names before them, and columns whose meaning must be guessed.
+/// of names before them, and columns whose meaning is given or must be guessed.
 class XyzRecords {
  public:
-  /// `lines` must outlive the object.
-  explicit XyzRecords(LineReader& lines) : lines_(lines) {}
+  /// `lines` must outlive the object. `columns`: fit by FaultOf, or empty; those to skip are not
+  /// read and may hold anything.
+  XyzRecords(LineReader& lines, TextColumns columns) : lines_(lines), given_(std::move(columns)) {}
 
   /// Goes to the first line that is neither blank nor comment nor, once, a line of names; false if
   /// the file ends before.
   bool SkipPreamble(std::vector<std::string>& notes);
   /// The next line that is neither blank nor comment; false at the end of the file.
   bool NextLine(std::string_view& line);
-  /// Guesses the columns from the next lines, at most `most`, notes them and returns to where it
-  /// began. Damage behind the first of these lines is left to be found by Next().
+  /// Guesses the columns, or the ranges of given ones, from the next lines, at most `most`, notes
+  /// them and returns to where it began. Damage behind the first of these lines is left to be found
+  /// by Next().
   void GuessLayout(bool is_pts, std::uint64_t most, std::vector<std::string>& notes);
-  /// What the guessed columns hold.
+  /// What the columns hold.
   void Describe(ScanInfo& info) const;
   /// Reads the next record; false at the end of the file. Throws InputError for a line that has not
-  /// as many numbers as the first.
+  /// as many numbers as the first, or as there are given columns.
   bool Next();
   /// Hands the record read last to `collector`.
   void Add(PointCollector& collector, PointChunk& chunk) const;
@@ -37,9 +40,15 @@ class XyzRecords {
   const XyzLayout& layout() const { return layout_; }
 
  private:
+  bool IsSkipped(std::size_t column) const {
+    return !given_.empty() && given_[column] == TextColumn::kSkip;
+  }
+  bool LooksLikeNames(std::string_view line) const;
+  void RequireCount(std::size_t count, std::string_view line) const;
   double Number(std::string_view word) const;
 
   LineReader& lines_;
+  TextColumns given_;
   XyzLayout layout_;
   std::vector<std::string> names_;
   char separator_ = ' ';

@@ -11,7 +11,9 @@
 #include "core/error.h"
 #include "io/cloud_writer.h"
 #include "io/e57/e57_cloud_writer.h"
+#include "io/output_names.h"
 #include "pipeline/e57_scans.h"
+#include "pipeline/output_files.h"
 #include "pipeline/run_outputs.h"
 #include "pipeline/version.h"
 #include "stages/merging.h"
@@ -45,8 +47,8 @@ std::vector<MergeStation> MergeStationsOf(const std::vector<int>& stations,
     member.max_range_m = source.ingest.max_range_m;
     member.has_intensity = station.info.has_intensity;
     member.has_rgb = station.info.has_rgb;
-    member.open = [path = station.spec.scan, scan = station.spec.scan_index] {
-      return OpenScan(path, scan);
+    member.open = [spec = station.spec] {
+      return OpenScan(spec.scan, spec.scan_index, spec.columns);
     };
     member.cos_incidence = [incidence = SurfaceIncidence({station.model, station.features.normals,
                                                           station.features.scanner_credible})](
@@ -57,14 +59,6 @@ std::vector<MergeStation> MergeStationsOf(const std::vector<int>& stations,
     members.push_back(std::move(member));
   }
   return members;
-}
-
-std::string ComponentPath(const std::string& path, int component) {
-  if (component == 0) return path;
-  const fs::path p(path);
-  return (p.parent_path() /
-          fmt::format("{}_component{}{}", p.stem().string(), component + 1, p.extension().string()))
-      .string();
 }
 
 std::unique_ptr<CloudWriter> CreateWriter(CloudFormat format, const CloudWriterSpec& spec) {
@@ -207,9 +201,7 @@ void WriteStationClouds(const CloudOutput& wanted, const CloudSource& source,
 CloudFiles WriteClouds(const SurveyProject& project, const CloudSource& source,
                        const std::string& out_directory, const ExecutionContext& context) {
   CloudFiles written;
-  CloudOutput usual;
-  usual.path = (fs::path(out_directory) / "merged.las").string();
-  WriteMergedClouds(project.outputs.merged.value_or(std::vector{usual}), source, context, &written);
+  WriteMergedClouds(MergedOutputs(project, out_directory), source, context, &written);
   if (project.outputs.stations) {
     WriteStationClouds(*project.outputs.stations, source, context, &written);
   }

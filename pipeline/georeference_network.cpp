@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "core/error.h"
 #include "graph/network_covariance.h"
@@ -179,6 +180,7 @@ std::shared_ptr<const GeodeticFrame> MakeControlFrame(const SurveyProject& proje
 }
 
 GeoreferencedNetwork GeoreferenceNetwork(const SurveyProject& project,
+                                         std::shared_ptr<const GeodeticFrame> frame,
                                          const std::vector<Station>& stations,
                                          const Network& network,
                                          const GeoreferencingOptions& options) {
@@ -186,7 +188,7 @@ GeoreferencedNetwork GeoreferenceNetwork(const SurveyProject& project,
   made.enu_from_station.resize(stations.size());
   made.covariance.assign(stations.size(), Matrix6d::Zero());
   if (project.control.empty()) return made;
-  made.frame = MakeControlFrame(project);
+  made.frame = std::move(frame);
   for (const NetworkPart& part : network.parts) {
     made.parts.push_back(
         GeoreferencePart(project, made.frame.get(), stations, network, part, options));

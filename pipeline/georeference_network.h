@@ -42,8 +42,10 @@ struct GeoreferencedNetwork {
 /// that GeodeticFrame refuses, a CRS without control, too few control points or all on one line.
 std::shared_ptr<const GeodeticFrame> MakeControlFrame(const SurveyProject& project);
 
-/// Ties every component to the control that its stations measured.
+/// Ties every component to the control that its stations measured; `frame`: MakeControlFrame of the
+/// project.
 GeoreferencedNetwork GeoreferenceNetwork(const SurveyProject& project,
+                                         std::shared_ptr<const GeodeticFrame> frame,
                                          const std::vector<Station>& stations,
                                          const Network& network,
                                          const GeoreferencingOptions& options);

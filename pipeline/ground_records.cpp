@@ -85,8 +85,9 @@ std::vector<GeoreferenceRecord> MakeGeoreferenceRecords(const SurveyProject& pro
       const ControlAdjustmentResult& adjustment = part.result.adjustment;
       record.enu_from_survey = adjustment.enu_from_survey;
       record.scale = adjustment.scale;
-      record.scale_test_ppm = 1e6 * part.result.scale_minus_one;
-      record.scale_sigma_ppm = 1e6 * part.result.scale_sigma;
+      if (const std::optional<ScaleTest>& test = part.result.scale_test) {
+        record.scale_test = ScaleRecord{1e6 * test->minus_one, 1e6 * test->sigma};
+      }
       record.redundancy = adjustment.redundancy;
       record.variance_factor = part.result.variance_factor;
       for (std::size_t k = 0; k < part.control.size(); ++k) {
@@ -115,7 +116,7 @@ namespace {
 
 /// How the tie of one component ended, where that is not well.
 std::string StatusWarning(const GeoreferenceRecord& record) {
-  const std::string component = fmt::format("component {}", record.component + 1);
+  const std::string component = fmt::format("component {}", ComponentNumber(record.component));
   if (record.status == "too_few_points") {
     return component + " has too few control points and stays in its survey frame";
   }
@@ -165,14 +166,20 @@ std::string UnusedWarning(const SurveyProject& project,
 }
 
 std::string ScaleWarning(const GeoreferenceRecord& record) {
-  constexpr double kNoticeable = 50.0;  // ppm
-  if (std::abs(record.scale_test_ppm) <= std::max(kNoticeable, 3.0 * record.scale_sigma_ppm)) {
-    return {};
+  if (!record.placed()) return {};
+  if (!record.scale_test) {
+    return fmt::format(
+        "component {}: the network's scale could not be tested, because an adjustment with scale "
+        "did not converge",
+        ComponentNumber(record.component));
   }
+  constexpr double kNoticeable = 50.0;  // ppm
+  const auto [off_ppm, sigma_ppm] = *record.scale_test;
+  if (std::abs(off_ppm) <= std::max(kNoticeable, 3.0 * sigma_ppm)) return {};
   return fmt::format(
       "control says that the network's scale is off by {:.0f} ppm (sigma {:.0f}): check units, "
       "zone, and whether grid distances were taken for ground distances",
-      record.scale_test_ppm, record.scale_sigma_ppm);
+      off_ppm, sigma_ppm);
 }
 
 }  // namespace

@@ -72,10 +72,13 @@ void AddEvaluate(CLI::App& app, int* code) {
 void AddInfo(CLI::App& app, int* code) {
   auto scan = std::make_shared<std::string>();
   auto index = std::make_shared<int>(0);
+  auto columns = std::make_shared<std::string>();
   CLI::App* command = app.add_subcommand("info", "Say what a scan file holds");
   command->add_option("scan", *scan, "scan file")->required();
   command->add_option("--scan-index", *index, "which scan of the file, from 0");
-  command->callback([=] { *code = InfoCommand(*scan, *index); });
+  command->add_option("--columns", *columns,
+                      "of a text scan: x,y,z,intensity,r,g,b,skip in its order; default: guessed");
+  command->callback([=] { *code = InfoCommand(*scan, *index, *columns); });
 }
 
 void AddOptions(CLI::App& app, int* code) {

@@ -151,7 +151,7 @@ void AddWarnings(RunRecord* run) {
     } else if (pose.component > 0) {
       run->warnings.push_back(
           fmt::format("station {} is in component {}, which nothing connects with the main network",
-                      pose.station, pose.component + 1));
+                      pose.station, ComponentNumber(pose.component)));
     }
   }
   for (const LinkRecord& link : run->links) {
@@ -201,6 +201,26 @@ void AddPlacementWarnings(const std::vector<Station>& stations, const Network& n
   }
 }
 
+/// The refinement was accepted for what it did to all pairs together; a pair may have lost by it.
+void AddHeldOutWarnings(const std::vector<Station>& stations, const Network& network,
+                        RunRecord* run) {
+  constexpr double kSignificant = 3.0;  // by chance one pair in 700
+  for (const NetworkPart& part : network.parts) {
+    if (part.refinement.status != NetworkRefinementResult::Status::kRefined) continue;
+    const auto id = [&](int place) {
+      const int station = part.stations[static_cast<std::size_t>(place)];
+      return stations[static_cast<std::size_t>(station)].spec.id;
+    };
+    for (const HeldOutPair& pair : part.refinement.held_out) {
+      if (!pair.change.IsWorse(kSignificant)) continue;
+      run->warnings.push_back(fmt::format(
+          "stations {} and {} fit worse since the planes of all stations were adjusted: {:.2f} mm "
+          "rms before, {:.2f} mm after on {} planes that took no part",
+          id(pair.a), id(pair.b), 1000.0 * pair.rms_before, 1000.0 * pair.rms_after, pair.planes));
+    }
+  }
+}
+
 std::vector<std::pair<std::string, double>> NetworkFigures(const PairDiscovery& discovery,
                                                            const Network& network) {
   const NetworkResult& solution = network.solution;
@@ -243,6 +263,7 @@ RunRecord SummarizeRun(const SurveyProject& project, const std::vector<Station>&
   Judge(&run);
   AddWarnings(&run);
   AddPlacementWarnings(stations, network, &run);
+  AddHeldOutWarnings(stations, network, &run);
   for (std::string& warning : GroundWarnings(project, run.georeference)) {
     run.warnings.push_back(std::move(warning));
   }

@@ -54,7 +54,8 @@ void FillRecord(const IngestResult& ingest, Station* station) {
 }
 
 void LoadStation(const SurveyOptions& options, const ExecutionContext& context, Station* station) {
-  const std::unique_ptr<ScanReader> reader = OpenScan(station->spec.scan, station->spec.scan_index);
+  const std::unique_ptr<ScanReader> reader =
+      OpenScan(station->spec.scan, station->spec.scan_index, station->spec.columns);
   station->info = reader->info();
   IngestResult ingest = IngestScan(station->spec.id, *reader, station->spec.scanner_origin_m,
                                    options.ingest, context);

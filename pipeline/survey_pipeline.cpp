@@ -1,9 +1,13 @@
 #include "pipeline/survey_pipeline.h"
 
 #include <chrono>
+#include <filesystem>
+#include <utility>
 
+#include "io/run_json.h"
 #include "pipeline/cloud_outputs.h"
 #include "pipeline/georeference_network.h"
+#include "pipeline/output_files.h"
 #include "pipeline/pair_discovery.h"
 #include "pipeline/report_pictures.h"
 #include "pipeline/run_outputs.h"
@@ -31,7 +35,8 @@ class StageClock {
 }  // namespace
 
 SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
-                    const std::string& out_directory, const ExecutionContext& context) {
+                    std::shared_ptr<const GeodeticFrame> frame, const std::string& out_directory,
+                    const ExecutionContext& context) {
   SurveyRun run;
   StageClock clock(&run.times);
 
@@ -46,7 +51,7 @@ SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
   clock.Finish("network");
 
   const GeoreferencedNetwork ground =
-      GeoreferenceNetwork(project, stations, network, options.georeferencing);
+      GeoreferenceNetwork(project, std::move(frame), stations, network, options.georeferencing);
   clock.Finish("georeferencing");
 
   const MovingPoints moving =
@@ -58,13 +63,19 @@ SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
   WriteReports(SummarizeRun(project, stations, discovery, network, ground, moving, {}), pictures,
                out_directory);
   clock.Finish("report");
+  const std::vector<WrittenCloud> earlier =
+      ReadWrittenClouds((std::filesystem::path(out_directory) / "manifest.json").string());
   const CloudFiles clouds =
-      WriteClouds(project, {options.ingest, stations, network, ground, moving}, out_directory, context);
+      WriteClouds(project, {options.ingest, stations, network, ground, moving}, out_directory,
+                  context);
+  const std::vector<std::string> stale =
+      ClearStaleClouds(project, out_directory, earlier, clouds.files, context);
   clock.Finish("merge");
 
   run.record = SummarizeRun(project, stations, discovery, network, ground, moving, clouds.files);
   run.record.warnings.insert(run.record.warnings.end(), clouds.warnings.begin(),
                              clouds.warnings.end());
+  run.record.warnings.insert(run.record.warnings.end(), stale.begin(), stale.end());
   WriteReports(run.record, pictures, out_directory);
   return run;
 }

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "core/execution.h"
+#include "io/geodetic_frame.h"
 #include "io/run_records.h"
 #include "io/survey_project.h"
 #include "pipeline/network_pipeline.h"
@@ -31,8 +33,9 @@ struct SurveyRun {
 
 /// The whole method, from scan files to outputs in `out_directory`: loads the stations, registers
 /// all pairs, fuses them to a network, ties it to control, merges the clouds and writes tables and
-/// reports.
+/// reports. `frame`: MakeControlFrame of the project.
 SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
-                    const std::string& out_directory, const ExecutionContext& context);
+                    std::shared_ptr<const GeodeticFrame> frame, const std::string& out_directory,
+                    const ExecutionContext& context);
 
 }  // namespace backsight

@@ -34,17 +34,22 @@ CheckResidual Check(const SurveyedPoint& point, const ControlAdjustmentResult& p
                     double sighting_sigma_m) {
   const auto count = static_cast<double>(point.sightings.size());
   Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(3, placed.covariance.cols());
+  Eigen::Vector3d growth = Eigen::Vector3d::Zero();  // with the log of scale
   for (const Sighting& sighting : point.sightings) {
     const RigidTransform& pose =
         placed.enu_from_station[static_cast<std::size_t>(sighting.station)];
     const Eigen::Vector3d enu =
         placed.scale * (pose.rotation * sighting.point_m) + pose.translation;
-    const Eigen::Index column = 6 * sighting.station;
-    jacobian.middleCols<3>(column) -= Skew(enu) / count;
-    jacobian.middleCols<3>(column + 3) += Eigen::Matrix3d::Identity() / count;
+    jacobian.middleCols<6>(6 * sighting.station) += PointJacobian(enu) / count;
+    growth += (enu - pose.translation) / count;
   }
   Eigen::Matrix3d variance =
       jacobian * placed.covariance * jacobian.transpose() + point.Covariance();
+  if (placed.scale_covariance.size() > 0) {
+    const Eigen::Matrix3d mixed = jacobian * placed.scale_covariance * growth.transpose();
+    const double log_sigma = placed.scale_sigma / placed.scale;
+    variance += mixed + mixed.transpose() + log_sigma * log_sigma * growth * growth.transpose();
+  }
   variance.diagonal().array() += sighting_sigma_m * sighting_sigma_m / count;
   return {MeanResidual(point, placed),
           (point.axes.transpose() * variance * point.axes).diagonal().cwiseSqrt(),
@@ -160,6 +165,8 @@ class Georeferencing {
     }
     result_.variance_factor = adjustment.chi2 / adjustment.redundancy;
     adjustment.covariance *= result_.variance_factor;
+    adjustment.scale_covariance *= result_.variance_factor;
+    adjustment.scale_sigma *= std::sqrt(result_.variance_factor);
   }
 
   void TestScale() {
@@ -167,8 +174,8 @@ class Georeferencing {
     used.estimate_scale = true;
     const ControlAdjustmentResult scaled = AdjustToControl(used);
     if (scaled.status != ControlAdjustmentResult::Status::kAdjusted) return;
-    result_.scale_minus_one = scaled.scale - 1.0;
-    result_.scale_sigma = scaled.scale_sigma * std::sqrt(result_.variance_factor);
+    result_.scale_test =
+        ScaleTest{scaled.scale - 1.0, scaled.scale_sigma * std::sqrt(result_.variance_factor)};
   }
 
   void SetResiduals() {

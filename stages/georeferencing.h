@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "core/option_visitor.h"
@@ -41,6 +42,12 @@ struct CheckResidual {
   int sightings = 0;
 };
 
+/// What control says of the network's scale; applied only if asked for.
+struct ScaleTest {
+  double minus_one = 0.0;
+  double sigma = 0.0;
+};
+
 struct GeoreferencingResult {
   enum class Status {
     kGeoreferenced,
@@ -53,8 +60,7 @@ struct GeoreferencingResult {
   std::vector<ControlResidual> control;  ///< all of them
   std::vector<char> excluded;            ///< control points found to be blunders
   double variance_factor = 1.0;  ///< applied to the covariance; above 1 only where significant
-  double scale_minus_one = 0.0;  ///< of the network, as a test; applied only if asked for
-  double scale_sigma = 0.0;
+  std::optional<ScaleTest> scale_test;  ///< absent: its adjustment did not converge
   std::vector<CheckResidual> check;
 };
 
@@ -62,7 +68,8 @@ struct GeoreferencingResult {
 /// variances); the most suspicious is excluded and all are tested anew, up to a third of them and
 /// as long as the rest determine the motion. Beyond that, or where another point in its place would
 /// explain the residuals as well, the control contradicts itself, which the status says. Scale is 1
-/// unless asked for, and always tested. Time O(blunders (6 M)^3).
+/// unless asked for, and always tested; where it is estimated, its uncertainty is in what is
+/// predicted of check points. Time O(blunders (6 M)^3).
 GeoreferencingResult Georeference(const GeoreferencingInput& input,
                                   const GeoreferencingOptions& options);
 

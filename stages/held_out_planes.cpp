@@ -1,6 +1,7 @@
 #include "stages/held_out_planes.h"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <tuple>
@@ -24,7 +25,35 @@ double PatchDistance(const PlaneObservation& a, const PlaneObservation& b,
   return normal.dot(pose_b * b.cluster.mean - on_a);
 }
 
+class ChangeSum {
+ public:
+  void Add(double before_m, double after_m) {
+    const double change = after_m * after_m - before_m * before_m;
+    count_ += 1.0;
+    before_ += before_m * before_m;
+    change_ += change;
+    squared_ += change * change;
+  }
+  SquaredChange Mean() const {
+    if (count_ == 0.0) return {};
+    return {before_ / count_, change_ / count_, std::sqrt(squared_) / count_};
+  }
+
+ private:
+  double count_ = 0.0;
+  double before_ = 0.0;
+  double change_ = 0.0;
+  double squared_ = 0.0;
+};
+
 }  // namespace
+
+bool SquaredChange::IsWorse(double significance) const {
+  constexpr double kNoticeable = 0.01;
+  constexpr double kNoChange = 1e-10;  // m^2
+  return mean_change_m2 >
+         std::max({significance * standard_error_m2, kNoticeable * mean_before_m2, kNoChange});
+}
 
 bool IsHeldOut(std::uint64_t cell, double share) {
   return static_cast<double>(cell >> 11U) * 0x1.0p-53 < share;
@@ -34,10 +63,8 @@ HeldOutComparison CompareHeldOut(std::span<const PlaneAssociation> planes,
                                  std::span<const RigidTransform> before,
                                  std::span<const RigidTransform> after) {
   std::map<std::pair<int, int>, HeldOutPair> pairs;
-  double count = 0.0;
-  double before_sum = 0.0;
-  double sum = 0.0;
-  double squared = 0.0;
+  std::map<std::pair<int, int>, ChangeSum> changes;
+  ChangeSum all;
   for (const PlaneAssociation& plane : planes) {
     for (std::size_t i = 0; i < plane.observations.size(); ++i) {
       for (std::size_t j = i + 1; j < plane.observations.size(); ++j) {
@@ -51,11 +78,8 @@ HeldOutComparison CompareHeldOut(std::span<const PlaneAssociation> planes,
         pair.rms_after += d1 * d1;
         pair.bias_before += d0;
         pair.bias_after += d1;
-        const double change = d1 * d1 - d0 * d0;
-        count += 1.0;
-        before_sum += d0 * d0;
-        sum += change;
-        squared += change * change;
+        changes[{a.station, b.station}].Add(d0, d1);
+        all.Add(d0, d1);
       }
     }
   }
@@ -67,13 +91,10 @@ HeldOutComparison CompareHeldOut(std::span<const PlaneAssociation> planes,
     pair.rms_after = std::sqrt(pair.rms_after / n);
     pair.bias_before /= n;
     pair.bias_after /= n;
+    pair.change = changes[stations].Mean();
     comparison.pairs.push_back(pair);
   }
-  if (count > 0.0) {
-    comparison.mean_before_m2 = before_sum / count;
-    comparison.mean_change_m2 = sum / count;
-    comparison.standard_error_m2 = std::sqrt(squared) / count;
-  }
+  comparison.change = all.Mean();
   return comparison;
 }
 

@@ -8,6 +8,18 @@
 
 namespace backsight {
 
+/// How squared distances between patches changed, m^2.
+struct SquaredChange {
+  double mean_before_m2 = 0.0;
+  double mean_change_m2 = 0.0;
+  double standard_error_m2 = 0.0;  ///< of the mean change
+
+  /// True if they grew by more than `significance` standard errors, by more than a hundredth (many
+  /// planes make a change significant that is a thousandth of their own scatter), and by more than
+  /// the square of 0.01 mm (rounding).
+  bool IsWorse(double significance) const;
+};
+
 /// What planes that took no part in the adjustment say about two stations, metres.
 struct HeldOutPair {
   int a = 0;
@@ -17,14 +29,12 @@ struct HeldOutPair {
   double rms_after = 0.0;
   double bias_before = 0.0;  ///< their mean; positive where b's patch is nearer to station a
   double bias_after = 0.0;
+  SquaredChange change;
 };
 
 struct HeldOutComparison {
   std::vector<HeldOutPair> pairs;  ///< ascending; only those with common planes
-  double mean_before_m2 = 0.0;     ///< mean squared distance over all pairs of patches
-  /// Mean change of the squared distance, and its standard error, m^2.
-  double mean_change_m2 = 0.0;
-  double standard_error_m2 = 0.0;
+  SquaredChange change;            ///< over all pairs of patches
 };
 
 /// True for about `share` of the cells, the same ones in every run.

@@ -317,13 +317,8 @@ class Refinement {
       result_.station = station;
       return KeepStart(Status::kKeptPoseGraph, Reason::kStationMovedTooFar);
     }
-    // Significant, and noticeable: many planes make a change significant that is a thousandth of
-    // their own scatter, and rounding alone may be.
     constexpr double kSignificant = 2.0;
-    constexpr double kNoticeable = 0.01;
-    constexpr double kNoChange = 1e-10;  // m^2
-    if (held_out.mean_change_m2 > std::max({kSignificant * held_out.standard_error_m2,
-                                            kNoticeable * held_out.mean_before_m2, kNoChange})) {
+    if (held_out.change.IsWorse(kSignificant)) {
       return KeepStart(Status::kKeptPoseGraph, Reason::kHeldOutPlanesWorse);
     }
     result_.status = Status::kRefined;

@@ -106,8 +106,7 @@ SurfaceMatcher::LinkResult SurfaceMatcher::ObserveLink(const PoseGraphLink& link
         (along_variance - across_variance) * (m.moved_normal * m.moved_normal.transpose() +
                                               m.fixed_normal * m.fixed_normal.transpose());
     const Eigen::Matrix3d weight = information_factor * covariance.inverse();
-    Eigen::Matrix<double, 3, 6> jacobian;
-    jacobian << -Skew(m.moved), Eigen::Matrix3d::Identity();
+    const Eigen::Matrix<double, 3, 6> jacobian = PointJacobian(m.moved);
     const Eigen::Matrix<double, 6, 3> weighted = jacobian.transpose() * weight;
     const Eigen::Vector3d in_survey = survey_from_target * m.fixed;
     Sums& sums = blocks[lattice.Key(in_survey)];

@@ -29,8 +29,7 @@ class Iteration {
     constexpr double kCauchy2 = 2.4 * 2.4;  // 95 % efficiency where residuals are normal
     const double robust_weight =
         robust ? 1.0 / (1.0 + kFilledVoxel * residual.dot(inverse * residual) / kCauchy2) : 1.0;
-    Eigen::Matrix<double, 3, 6> jacobian;
-    jacobian << -Skew(moved), Eigen::Matrix3d::Identity();
+    const Eigen::Matrix<double, 3, 6> jacobian = PointJacobian(moved);
     const Eigen::Matrix<double, 6, 3> weighted = robust_weight * jacobian.transpose() * inverse;
     matrix_ += weighted * jacobian;
     const Vector6d gradient = weighted * residual;

@@ -122,7 +122,7 @@ std::uint64_t E57Element::offset() const {
 }
 
 InputError E57Element::Error(std::string found, std::string expected) const {
-  return source_->file.Error(offset(), fmt::format("in XML element '{}': {}", name(), found),
+  return source_->file.Error(offset(), fmt::format("in XML element {}: {}", Quoted(name()), found),
                              std::move(expected));
 }
 

@@ -4,6 +4,7 @@
 #include "io/scan_reader.h"
 #include "pipeline/commands/commands.h"
 #include "pipeline/georeference_network.h"
+#include "pipeline/output_files.h"
 #include "pipeline/survey_pipeline.h"
 
 namespace backsight {
@@ -12,6 +13,7 @@ int CheckCommand(const std::string& project_path) {
   SurveyOptions options;
   const SurveyProject project = ReadSurveyProject(project_path, OptionSections(options));
   const auto frame = MakeControlFrame(project);
+  RequireFreeNames(project, UsualOutDirectory(project_path));
 
   int faults = 0;
   std::vector<Station> stations;
@@ -20,7 +22,7 @@ int CheckCommand(const std::string& project_path) {
     Station& station = stations.emplace_back();
     station.spec = spec;
     try {
-      const ScanInfo info = OpenScan(spec.scan, spec.scan_index)->info();
+      const ScanInfo info = OpenScan(spec.scan, spec.scan_index, spec.columns)->info();
       const std::string points =
           info.point_count ? fmt::format("{} points", *info.point_count) : "points not declared";
       fmt::print("  {:<12} {:<5} {:>20}  {}\n", spec.id, info.format, points, spec.scan);

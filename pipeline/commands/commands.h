@@ -36,7 +36,8 @@ struct EvaluateArguments {
 };
 int EvaluateCommand(const EvaluateArguments& arguments);
 
-int InfoCommand(const std::string& scan, int scan_index);
+/// `columns`: of a text scan, "x,y,z,skip"; empty: guessed.
+int InfoCommand(const std::string& scan, int scan_index, const std::string& columns);
 
 enum class OptionsFormat { kText, kMarkdown, kJson };
 int OptionsCommand(OptionsFormat format);

@@ -12,6 +12,7 @@
 #include "io/run_json.h"
 #include "pipeline/commands/commands.h"
 #include "pipeline/georeference_network.h"
+#include "pipeline/output_files.h"
 #include "pipeline/run_outputs.h"
 #include "pipeline/stop_signal.h"
 #include "pipeline/survey_pipeline.h"
@@ -55,6 +56,11 @@ void WriteManifest(const SurveyProject& project, const SurveyOptions& options, c
   manifest.peak_memory_mb = PeakMemoryMb();
   manifest.threads = threads;
   manifest.stages = run.times;
+  for (const OutputRecord& file : run.record.outputs) {
+    std::error_code error;
+    const std::uintmax_t bytes = fs::file_size(file.path, error);
+    if (!error) manifest.clouds.push_back({file.path, bytes});
+  }
   WriteTextFile((fs::path(out) / "manifest.json").string(), ManifestJson(manifest));
 }
 
@@ -71,17 +77,17 @@ int RunCommand(const RunArguments& arguments) {
   const std::stop_token stop = InstallStopSignals();
   SurveyOptions options;
   const SurveyProject project = ReadSurveyProject(arguments.project, OptionSections(options));
-  MakeControlFrame(project);  // refuses what no network could mend
+  const auto frame = MakeControlFrame(project);  // refuses what no network could mend
 
-  const std::string out = !arguments.out.empty()
-                              ? arguments.out
-                              : (fs::path(arguments.project).parent_path() / "out").string();
+  const std::string out =
+      !arguments.out.empty() ? arguments.out : UsualOutDirectory(arguments.project);
+  RequireFreeNames(project, out);
   MakeDirectories(out);
   TerminalEvents events(VerbosityOf(arguments));
   const int threads = arguments.threads >= 0 ? arguments.threads : project.resources.threads;
   const ExecutionContext context(threads, /*seed=*/0, &events, stop);
   try {
-    const SurveyRun run = RunSurvey(project, options, out, context);
+    const SurveyRun run = RunSurvey(project, options, frame, out, context);
     WriteManifest(project, options, run, start, context.threads(), out);
     fmt::print("{} Report: {}\n", run.record.verdict, (fs::path(out) / "report.html").string());
     return run.record.exit_code;

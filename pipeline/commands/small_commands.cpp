@@ -15,8 +15,10 @@
 
 namespace backsight {
 
-int InfoCommand(const std::string& scan, int scan_index) {
-  fmt::print("{}", DescribeScan(OpenScan(scan, scan_index)->info()));
+int InfoCommand(const std::string& scan, int scan_index, const std::string& columns) {
+  const TextColumns given =
+      columns.empty() ? TextColumns{} : ParseTextColumns(columns, "--columns");
+  fmt::print("{}", DescribeScan(OpenScan(scan, scan_index, given)->info()));
   return kComplete;
 }
 

@@ -129,6 +129,21 @@ TEST(RigidTransform, LocalDifferenceJacobianEqualsFiniteDifferences) {
   }
 }
 
+TEST(RigidTransform, PointJacobianEqualsFiniteDifferences) {
+  Random random(10);
+  const double h = 1e-6;
+  for (int k = 0; k < 50; ++k) {
+    const RigidTransform t = RandomTransform(random);
+    const Eigen::Vector3d x(random.Normal(), random.Normal(), random.Normal());
+    Eigen::Matrix<double, 3, 6> numeric;
+    for (int i = 0; i < 6; ++i) {
+      const Vector6d step = h * Vector6d::Unit(i);
+      numeric.col(i) = (Retract(t, step) * x - Retract(t, -step) * x) / (2.0 * h);
+    }
+    EXPECT_LT((numeric - PointJacobian(t * x)).norm(), 1e-8);
+  }
+}
+
 TEST(RigidTransform, MatrixAndQuaternionRoundTrip) {
   Random random(9);
   for (int k = 0; k < 50; ++k) {

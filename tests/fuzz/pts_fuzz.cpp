@@ -16,7 +16,9 @@ std::vector<std::string> Seeds() {
           "X,Y,Z\n2\n1,2,3\n4,5,6,\n"};
 }
 
-void Read(const std::string& path) { ReadScans(path, &OpenPts); }
+void Read(const std::string& path) {
+  ReadScans(path, [](const std::string& file, int scan) { return OpenPts(file, scan); });
+}
 
 }  // namespace
 

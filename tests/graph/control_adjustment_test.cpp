@@ -141,6 +141,19 @@ TEST(ControlAdjustment, ScaleIsFoundWhereAskedFor) {
   EXPECT_LT((placed - survey.points[0].enu_m).norm(), 1e-7);
 }
 
+TEST(ControlAdjustment, TheVerticalIsTheWeightedMeanAxis) {
+  const std::vector<RigidTransform> poses = {{}, {ExpSo3({0.03, 0.0, 0.0}), {}}};
+  const std::vector<TiltObservation> tilts = {{0, 1e-3}, {1, 2e-3}};
+  const Vertical vertical = EstimateVertical(tilts, poses);
+  EXPECT_NEAR(vertical.weight, 1.25e6, 1.0);
+  EXPECT_LT(
+      (vertical.mean - (0.8 * poses[0].rotation.col(2) + 0.2 * poses[1].rotation.col(2))).norm(),
+      1e-15);
+  const Vertical none = EstimateVertical({}, poses);
+  EXPECT_EQ(none.weight, 0.0);
+  EXPECT_EQ(none.mean, Eigen::Vector3d::Zero());
+}
+
 TEST(ControlAdjustment, LevelledStationsMakeTwoPointsEnough) {
   ControlSurvey survey(5, 2, 0.0);
   EXPECT_FALSE(IsDetermined(survey.Input()));

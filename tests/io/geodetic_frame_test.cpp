@@ -1,5 +1,6 @@
 #include "io/geodetic_frame.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,15 +8,19 @@
 #include <GeographicLib/Geocentric.hpp>
 #include <GeographicLib/UTMUPS.hpp>
 #include <cmath>
+#include <cstdlib>
 #include <string>
+#include <vector>
 
 #include "core/error.h"
 #include "core/random.h"
+#include "tests/io/scan_files.h"
 
 namespace backsight {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 const Eigen::Vector3d kMunich(690000.0, 5336000.0, 520.0);
 
@@ -99,6 +104,81 @@ TEST(GeodeticFrame, TakesHeightsThroughTheGeoid) {
   EXPECT_THAT(frame.wkt(), HasSubstr("COMPD_CS"));
   const Eigen::Vector3d there = kMunich + Eigen::Vector3d(300.0, -200.0, 20.0);
   EXPECT_LT((frame.CrsFromEnu(frame.EnuFromCrs(there)) - there).norm(), 1e-5);
+}
+
+/// A folder where GeographicLib looks for geoids, for the length of a test.
+class GeoidFolder {
+ public:
+  GeoidFolder() { setenv("GEOGRAPHICLIB_GEOID_PATH", dir_.path().c_str(), 1); }
+  ~GeoidFolder() { unsetenv("GEOGRAPHICLIB_GEOID_PATH"); }
+  GeoidFolder(const GeoidFolder&) = delete;
+  GeoidFolder& operator=(const GeoidFolder&) = delete;
+
+  /// A geoid that is `base` + latitude / 10 metres high, in steps of 22.5 degrees: cubic
+  /// interpolation gives it back exactly.
+  void Write(const std::string& name, double base, std::size_t bytes = SIZE_MAX) const {
+    constexpr double kOffset = -100.0;
+    constexpr double kScale = 0.01;
+    std::string text = fmt::format(
+        "P5\n# Geoid file in PGM format for the GeographicLib::Geoid class\n"
+        "# Description made up\n# Offset {}\n# Scale {}\n16 9\n65535\n",
+        kOffset, kScale);
+    for (int row = 0; row < 9; ++row) {
+      const double height = base + (90.0 - 22.5 * row) / 10.0;
+      const auto level = static_cast<unsigned>(std::lround((height - kOffset) / kScale));
+      for (int column = 0; column < 16; ++column) {
+        text += static_cast<char>(level >> 8U);
+        text += static_cast<char>(level & 0xFFU);
+      }
+    }
+    dir_.File(name, text.substr(0, bytes));
+  }
+  std::string path() const { return dir_.path(); }
+
+ private:
+  TempDir dir_;
+};
+
+TEST(GeodeticFrame, TakesHeightsThroughAGeoidFileWhereNoGridIsInstalled) {
+  const GeoidFolder folder;
+  folder.Write("egm2008-5.pgm", 40.0);
+  GeodeticFrame frame("EPSG:32632", "EPSG:3855", "survey.yaml:3");
+  frame.SetOrigin(kMunich);
+  EXPECT_NEAR(frame.origin().z(), kMunich.z() + 40.0 + frame.origin().x() / 10.0, 1e-6);
+  EXPECT_EQ(frame.heights(), "by egm2008-5.pgm");
+  EXPECT_THAT(frame.name(), HasSubstr("EGM2008"));
+  EXPECT_THAT(frame.wkt(), HasSubstr("COMPD_CS"));
+  const Eigen::Vector3d there = kMunich + Eigen::Vector3d(300.0, -200.0, 20.0);
+  EXPECT_LT((frame.CrsFromEnu(frame.EnuFromCrs(there)) - there).norm(), 1e-5);
+
+  // The finest file is taken; a grid of PROJ goes before all of them.
+  folder.Write("egm2008-1.pgm", 30.0);
+  EXPECT_EQ(GeodeticFrame("EPSG:32632", "EPSG:3855", "").heights(), "by egm2008-1.pgm");
+  folder.Write("egm96-5.pgm", 30.0);
+  EXPECT_THAT(GeodeticFrame("EPSG:32632", "EPSG:5773", "").heights(), HasSubstr("egm96_15"));
+  // A geoid file makes no other datum right.
+  EXPECT_THAT(Refusal("EPSG:25832", "EPSG:3855"), HasSubstr("different datums"));
+}
+
+TEST(GeodeticFrame, NamesTheFilesThatAreMissingAndWhereTheyGo) {
+  const GeoidFolder folder;
+  const std::string egm = Refusal("EPSG:32632", "EPSG:3855");
+  for (const std::string& part : std::vector<std::string>{
+           "survey.yaml:3", "us_nga_egm08", "egm2008-1.pgm or egm2008-2_5.pgm or egm2008-5.pgm",
+           "GEOGRAPHICLIB_GEOID_PATH", folder.path(), "/usr/share/proj"}) {
+    EXPECT_THAT(egm, HasSubstr(part));
+  }
+  const std::string german = Refusal("EPSG:25832", "EPSG:7837");
+  EXPECT_THAT(german, HasSubstr("GCG2016"));
+  EXPECT_THAT(german, HasSubstr("under this very name"));
+  EXPECT_THAT(german, HasSubstr("/usr/share/proj"));
+  EXPECT_THAT(german, Not(HasSubstr(".pgm")));
+}
+
+TEST(GeodeticFrame, RefusesADamagedGeoidFile) {
+  const GeoidFolder folder;
+  folder.Write("egm2008-5.pgm", 40.0, 200);
+  EXPECT_THAT(Refusal("EPSG:32632", "EPSG:3855"), HasSubstr(folder.path() + "/egm2008-5.pgm"));
 }
 
 TEST(GeodeticFrame, EastingComesFirstWhateverTheAxesOrder) {

@@ -14,6 +14,7 @@
 #include "io/html_text.h"
 #include "io/png_image.h"
 #include "io/report_plan.h"
+#include "io/run_tables.h"
 #include "tests/io/sample_run.h"
 
 namespace backsight {
@@ -71,15 +72,35 @@ TEST(ReportHtml, ShowsControlAndCheckPoints) {
   std::string html = ReportHtml(run, {});
   for (const char* part :
        {"ETRS89 / UTM zone 32N", "ellipsoidal heights", "<td>P1</td>", "blunder, excluded",
-        "<td>C1</td>", "3D 2.3 mm", "n = 1, not ASPRS-conformant"}) {
+        "<td>C1</td>", "3D 2.3 mm", "n = 1, not ASPRS-conformant", "12.5 &plusmn; 30.5 ppm"}) {
     EXPECT_THAT(html, HasSubstr(part));
   }
+  run.georeference[0].scale_test.reset();
+  html = ReportHtml(run, {});
+  EXPECT_THAT(html, HasSubstr("Scale against control: not tested"));
+  EXPECT_THAT(html, Not(HasSubstr("&plusmn; 0.0 ppm")));
   run.georeference[0].status = "too_few_points";
   html = ReportHtml(run, {});
   EXPECT_THAT(html, HasSubstr("Not tied to the ground: too few points"));
   EXPECT_THAT(html, Not(HasSubstr("<td>P1</td>")));
   run.georeference.clear();
   EXPECT_THAT(ReportHtml(run, {}), Not(HasSubstr("Control and check points")));
+}
+
+TEST(ReportHtml, CountsComponentsFromOne) {
+  RunRecord run = SampleRun();
+  GeoreferenceRecord second = run.georeference[0];
+  second.component = 1;
+  run.georeference.push_back(second);
+  run.poses[0].component = 812;
+  run.components[0].component = 913;
+  const std::string html = ReportHtml(run, {});
+  for (const char* part : {"<h3>Component 1</h3>", "<h3>Component 2</h3>", "<h3>Component 813: 1 s",
+                           ">813</td>", ">914</td>", "Plan view of component 1\""}) {
+    EXPECT_THAT(html, HasSubstr(part));
+  }
+  EXPECT_THAT(html, Not(HasSubstr("omponent 0")));
+  EXPECT_THAT(PosesCsv(run.poses), HasSubstr("S1,812,registered"));
 }
 
 TEST(ReportHtml, CountsSkippedPairsByReason) {

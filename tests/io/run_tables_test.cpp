@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
 #include <functional>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -168,6 +170,17 @@ TEST(RunJson, ParsesBackWithStableKeys) {
   EXPECT_EQ(poses["poses"], json["poses"]);
 }
 
+TEST(RunJson, AScaleThatWasNotTestedIsNull) {
+  RunRecord run = SampleRun();
+  const auto ground = [&run] {
+    return nlohmann::ordered_json::parse(ReportJson(run))["georeference"][0];
+  };
+  EXPECT_EQ(ground()["scale_sigma_ppm"], 30.5);
+  run.georeference[0].scale_test.reset();
+  EXPECT_TRUE(ground()["scale_test_ppm"].is_null());
+  EXPECT_TRUE(ground()["scale_sigma_ppm"].is_null());
+}
+
 TEST(RunJson, ManifestHoldsOptionsInputsAndTimes) {
   ManifestRecord manifest;
   manifest.version = "0.1.0";
@@ -175,11 +188,34 @@ TEST(RunJson, ManifestHoldsOptionsInputsAndTimes) {
   manifest.options = "registration.resolution_m=0.1\n";
   manifest.inputs = {{"scans/S1.ptx", "00ff"}};
   manifest.stages = {{"ingest", 1.5}};
+  manifest.clouds = {{"out/merged.las", 1234567890123}};
   const auto json = nlohmann::ordered_json::parse(ManifestJson(manifest));
   EXPECT_EQ(json["schema_version"], 1);
   EXPECT_EQ(json["inputs"][0]["fingerprint"], "00ff");
   EXPECT_EQ(json["stages"][0]["seconds"], 1.5);
   EXPECT_EQ(json["options"], manifest.options);
+  EXPECT_EQ(json["clouds"][0]["bytes"], 1234567890123);
+}
+
+TEST(RunJson, ReadsTheCloudsOfAManifest) {
+  const std::string path = ::testing::TempDir() + "/backsight_manifest.json";
+  const auto read = [&](const std::string& text) {
+    std::ofstream(path) << text;
+    return ReadWrittenClouds(path);
+  };
+  ManifestRecord manifest;
+  manifest.clouds = {{"out/merged.las", 1234567890123}, {"out/a.e57", 7}};
+  const std::vector<WrittenCloud> clouds = read(ManifestJson(manifest));
+  ASSERT_EQ(clouds.size(), 2U);
+  EXPECT_EQ(clouds[0].path, "out/merged.las");
+  EXPECT_EQ(clouds[0].bytes, 1234567890123U);
+  for (const char* damaged :
+       {"", "{", "[]", "{\"clouds\": 3}", "{\"clouds\": [1, {\"path\": 2, \"bytes\": 3}]}",
+        "{\"clouds\": [{\"path\": \"a\", \"bytes\": -3}]}", "{\"version\": \"\xff\"}"}) {
+    EXPECT_TRUE(read(damaged).empty()) << damaged;
+  }
+  std::filesystem::remove(path);
+  EXPECT_TRUE(ReadWrittenClouds(path).empty());
 }
 
 }  // namespace

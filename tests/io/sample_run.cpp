@@ -81,6 +81,7 @@ GeoreferenceRecord SampleGeoreference() {
   record.crs = "ETRS89 / UTM zone 32N";
   record.heights = "ellipsoidal heights";
   record.origin_deg_deg_m = Eigen::Vector3d(48.15, 11.55, 560.0);
+  record.scale_test = ScaleRecord{12.5, 30.5};
   SurveyPointRecord control;
   control.id = "P1";
   control.sightings = 2;

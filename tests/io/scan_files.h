@@ -64,8 +64,9 @@ struct WholeScan {
 };
 
 /// Reads a scan to its end and checks what every reader promises.
-inline WholeScan ReadWhole(const std::string& path, int scan_index = 0) {
-  const auto reader = OpenScan(path, scan_index);
+inline WholeScan ReadWhole(const std::string& path, int scan_index = 0,
+                           const TextColumns& columns = {}) {
+  const auto reader = OpenScan(path, scan_index, columns);
   WholeScan scan;
   PointChunk chunk;
   while (reader->Next(chunk)) {

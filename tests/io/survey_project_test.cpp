@@ -37,6 +37,7 @@ class SurveyProjectTest : public ::testing::Test {
     for (const char* name : {"S1.ptx", "S2.ptx", "S3.ptx"}) {
       std::ofstream(folder_ / "scans" / name) << "scan";
     }
+    std::ofstream(folder_ / "scans/S2.txt") << "1 2 3 4\n";
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
@@ -135,6 +136,17 @@ TEST_F(SurveyProjectTest, ReadsE57OutputsAndCropBoxes) {
   EXPECT_EQ(merged.crop->max, Eigen::Vector3d(4, 5, 6.5));
   EXPECT_EQ(StationCloudPath(*project.outputs.stations, "S2"),
             (folder_ / "out/each/S2.ply").string());
+}
+
+TEST_F(SurveyProjectTest, ReadsColumnsOfTextScans) {
+  using enum TextColumn;
+  const SurveyProject project = Read(R"(schema_version: 1
+stations:
+  - {id: S1, scan: scans/S1.ptx}
+  - {id: S2, scan: scans/S2.txt, columns: [y, x, z, skip]}
+)");
+  EXPECT_TRUE(project.stations[0].columns.empty());
+  EXPECT_EQ(project.stations[1].columns, (TextColumns{kY, kX, kZ, kSkip}));
 }
 
 TEST_F(SurveyProjectTest, TheSmallestProjectHasDefaults) {
@@ -259,6 +271,14 @@ TEST_F(SurveyProjectTest, NamesEveryKindOfMistake) {
        "a matrix that is not rigid"},
       {station + "prior: {survey_from_station: [a, 0, 0, 1, 0, 0, 0], sigma_m: 1, sigma_deg: 1}}\n",
        "survey_from_station[0]: found 'a'"},
+      {station + "columns: [x, y, z]}\n", "columns: found a list of 3; expected no columns"},
+      {head + one + "  - {id: S2, scan: scans/S2.txt, columns: [x, y]}\n", "a list of at least 3"},
+      {head + one + "  - {id: S2, scan: scans/S2.txt, columns: [x, y, skip]}\n", "no z"},
+      {head + one + "  - {id: S2, scan: scans/S2.txt, columns: [x, y, z, z]}\n", "z twice"},
+      {head + one + "  - {id: S2, scan: scans/S2.txt, columns: [x, y, z, r, b]}\n",
+       "2 of r, g and b"},
+      {head + one + "  - {id: S2, scan: scans/S2.txt, columns: [x, y, z, red]}\n",
+       "stations[1].columns[3]: found 'red'"},
       {head + one + "  - {id: a__b, scan: scans/S2.ptx}\n", "because it names files"},
       {head + one + "  - {id: S2, scan: scans}\n", "not a file"},
   };
@@ -268,6 +288,52 @@ TEST_F(SurveyProjectTest, NamesEveryKindOfMistake) {
     EXPECT_THAT(complaint, HasSubstr("1 mistake\n")) << text;
   }
   EXPECT_THROW(ReadSurveyProject("no/such.yaml", {}), InputError);
+}
+
+TEST_F(SurveyProjectTest, NoTwoOutputsMayMeet) {
+  std::string head = "schema_version: 1\nstations:\n";
+  for (const char* name : {"a_component2", "S2", "S3", "S4"}) {
+    head += fmt::format("  - {{id: {0}, scan: scans/{0}.las}}\n", name);
+    std::ofstream(folder_ / "scans" / fmt::format("{}.las", name)) << "LASF";
+  }
+  std::filesystem::create_directory_symlink(folder_ / "scans", folder_ / "link");
+  const auto merged = [&](const std::string& first, const std::string& second) {
+    return fmt::format(
+        "{}outputs: {{merged: [{{format: las, path: {}}}, {{format: las, path: {}}}]}}\n", head,
+        first, second);
+  };
+  const std::string split = ", max_points: 9";
+  // Four stations may fall into two components, no more.
+  for (const auto& [first, second] : std::vector<std::pair<std::string, std::string>>{
+           {"a.las", "a.las"},
+           {"o/a.las", "o/../o/a.las"},
+           {"a.las", "a_component2.las"},
+           {"a_component2.las", "a.las"},
+           {"a.las" + split, "a-3.las"},
+           {"a-3.las", "a.las" + split},
+           {"a.las" + split, "a_component2-1.las"},
+           {"a_component2.las" + split, "a.las" + split}}) {
+    const std::string complaint = Complaint(merged(first, second));
+    EXPECT_THAT(complaint, HasSubstr("outputs.merged[1].path")) << first << " " << second;
+    EXPECT_THAT(complaint, HasSubstr("line 7 may write the same file")) << first << " " << second;
+    EXPECT_THAT(complaint, HasSubstr("1 mistake\n")) << first << " " << second;
+  }
+  for (const auto& [first, second] :
+       std::vector<std::pair<std::string, std::string>>{{"a.las", "a-1.las"},
+                                                        {"a.las", "a_component3.las"},
+                                                        {"a.las", "a_component02.las"},
+                                                        {"a.las" + split, "a-0.las"},
+                                                        {"a.las", "b/a_component2.las"},
+                                                        {"a.las" + split, "a-1-1.las"}}) {
+    EXPECT_EQ(Complaint(merged(first, second)), "") << first << " " << second;
+  }
+  // Scans, by their own name and through a link; clouds of stations.
+  EXPECT_THAT(Complaint(merged("x.las", "scans/S2.las")), HasSubstr("the scan"));
+  EXPECT_THAT(Complaint(merged("x.las", "link/S2.las")), HasSubstr("the scan"));
+  EXPECT_THAT(Complaint(merged("x.las", "scans/a.las")), HasSubstr("the scan"));
+  EXPECT_THAT(Complaint(head + "outputs: {merged: [{format: las, path: o/a.las}], stations: "
+                               "{format: las, path: o}}\n"),
+              HasSubstr("a folder where no scan or other output is in the way"));
 }
 
 TEST_F(SurveyProjectTest, SurvivesRandomDamage) {

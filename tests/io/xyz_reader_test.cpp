@@ -77,6 +77,68 @@ TEST(XyzReader, GoesByNamesWhereThereAreAny) {
   EXPECT_EQ(comment.points.x, std::vector<double>{3});
 }
 
+TEST(XyzReader, TakesGivenColumns) {
+  using enum TextColumn;
+  const TempDir dir;
+  // By its values 40 50 60 would be the colour and 7 the intensity.
+  const std::string text = "10 20 30 40 50 60 7\n11 21 31 41 51 61 8\n";
+  const auto scan =
+      ReadWhole(dir.File("a.xyz", text), 0, {kIntensity, kZ, kY, kX, kSkip, kSkip, kSkip});
+  EXPECT_EQ(scan.points.x, (std::vector<double>{40, 41}));
+  EXPECT_EQ(scan.points.y, (std::vector<double>{30, 31}));
+  EXPECT_EQ(scan.points.z, (std::vector<double>{20, 21}));
+  EXPECT_FLOAT_EQ(scan.points.intensity.at(0), 10.0F / 255.0F);
+  EXPECT_FALSE(scan.info.has_rgb);
+  EXPECT_THAT(scan.info.notes.back(), HasSubstr("z y x (skipped) (skipped) (skipped), as given"));
+
+  const auto colour =
+      ReadWhole(dir.File("a.pts", "1\n1 2 3 0 255 255\n"), 0, {kX, kY, kZ, kBlue, kGreen, kRed});
+  EXPECT_EQ(colour.info.format, "PTS");
+  EXPECT_EQ(colour.points.rgb.at(0), (std::array<std::uint16_t, 3>{65535, 65535, 0}));
+
+  // Given columns outrank the names of a header.
+  const auto named = ReadWhole(dir.File("a.csv", "x,y,z\n1,2,3\n"), 0, {kZ, kY, kX});
+  EXPECT_EQ(named.points.x, std::vector<double>{3});
+}
+
+TEST(XyzReader, SkippedColumnsMayHoldAnything) {
+  using enum TextColumn;
+  const TempDir dir;
+  for (const std::string header : {"", "name,x,y,z\n"}) {
+    const auto scan = ReadWhole(dir.File("a.csv", header + "P1,1,2,3,12:30\nP2,4,5,6,\"\"\n"), 0,
+                                {kSkip, kX, kY, kZ, kSkip});
+    EXPECT_EQ(scan.points.x, (std::vector<double>{1, 4})) << header;
+  }
+}
+
+TEST(XyzReader, GivenColumnsMustFit) {
+  using enum TextColumn;
+  const TempDir dir;
+  const auto error = [&](const std::string& name, const std::string& text) {
+    const std::string path = dir.File(name, text);
+    return ErrorOf([&] { ReadWhole(path, 0, {kX, kY, kZ, kSkip}); });
+  };
+  EXPECT_THAT(error("a.xyz", "1 2 3\n"), HasSubstr("a.xyz:1: 3 values"));
+  EXPECT_THAT(error("a.xyz", "1 2 3 4\n1 2 3 4 5\n"), HasSubstr("a.xyz:2: 5 values"));
+  EXPECT_THAT(error("a.xyz", "1 2 3 4\n1 b 3 4\n"), HasSubstr("'b'; expected a number"));
+  EXPECT_THAT(error("a.pts", "1\n1 2 3\n"), HasSubstr("expected 4 values"));
+  EXPECT_THAT(error("a.pcd", "# .PCD v0.7\n"), HasSubstr("says itself what it holds"));
+}
+
+TEST(XyzReader, ColumnsOfTheCommandLine) {
+  using enum TextColumn;
+  EXPECT_EQ(ParseTextColumns("x, y,z ,skip,r,g,b,intensity", "--columns"),
+            (TextColumns{kX, kY, kZ, kSkip, kRed, kGreen, kBlue, kIntensity}));
+  const auto error = [](const std::string& list) {
+    return ErrorOf([&] { ParseTextColumns(list, "--columns"); });
+  };
+  EXPECT_THAT(error("x,y"), HasSubstr("--columns: no z"));
+  EXPECT_THAT(error(""), HasSubstr("no x"));
+  EXPECT_THAT(error("x,y,z,x"), HasSubstr("x twice"));
+  EXPECT_THAT(error("x,y,z,r"), HasSubstr("1 of r, g and b"));
+  EXPECT_THAT(error("x,y,z,red"), HasSubstr("'red'"));
+}
+
 TEST(XyzReader, DropsWhatIsNotFinite) {
   const TempDir dir;
   const auto scan = ReadWhole(dir.File("a.xyz", "nan nan nan\n1 2 inf\n1 2 3\n-inf 0 0\n0 0 0\n"));

@@ -256,6 +256,18 @@ TEST_F(CloudOutputsTest, StationCloudsOfOtherFormatsAreInOutputCoordinates) {
   }
 }
 
+TEST_F(CloudOutputsTest, TextScansAreReadByTheirColumns) {
+  Station& station = stations_[0];
+  station.spec.scan = dir_.File("A.xyz", "3 2 1 7\n6 5 4 7\n");
+  station.spec.columns = {TextColumn::kZ, TextColumn::kY, TextColumn::kX, TextColumn::kSkip};
+  station.info = OpenScan(station.spec.scan, 0, station.spec.columns)->info();
+  const CloudFiles written = Write({}, CloudFormat::kE57);
+  const auto scan = ReadWhole(written.files.at(0).path);
+  EXPECT_EQ(scan.points.x, (std::vector<double>{1, 4}));
+  EXPECT_EQ(scan.points.z, (std::vector<double>{3, 6}));
+  EXPECT_TRUE(scan.points.intensity.empty());
+}
+
 TEST_F(CloudOutputsTest, ACropBoxBesideTheCloudIsNoticed) {
   for (const CloudFormat format : {CloudFormat::kLas, CloudFormat::kE57}) {
     CloudOutput output = Merged(format, format == CloudFormat::kLas ? "a.las" : "a.e57");

@@ -34,7 +34,8 @@ TEST(Georeferencing, CheckPointsErrAsPredicted) {
       count += 3;
     }
     EXPECT_EQ(result.adjustment.scale, 1.0);
-    EXPECT_LT(std::abs(result.scale_minus_one), 5.0 * result.scale_sigma);
+    ASSERT_TRUE(result.scale_test);
+    EXPECT_LT(std::abs(result.scale_test->minus_one), 5.0 * result.scale_test->sigma);
     false_alarms += static_cast<int>(std::count(result.excluded.begin(), result.excluded.end(), 1));
   }
   EXPECT_NEAR(normalised / count, 1.0, 0.1);
@@ -123,8 +124,51 @@ TEST(Georeferencing, GridDistancesShowAsScale) {
   ControlSurvey survey(8, 12);
   for (SurveyedPoint& point : survey.points) point.enu_m *= 1.0004;
   const GeoreferencingResult result = Georeference(InputOf(survey, 0), {});
-  EXPECT_GT(result.scale_minus_one, 2e-4);
+  ASSERT_TRUE(result.scale_test);
+  EXPECT_GT(result.scale_test->minus_one, 2e-4);
   EXPECT_EQ(result.adjustment.scale, 1.0);
+}
+
+TEST(Georeferencing, CheckPointsErrAsPredictedWhereScaleIsEstimated) {
+  // Seen from 300 m, far outside the control: what is not known of scale counts most.
+  double normalised = 0.0;
+  int count = 0;
+  GeoreferencingOptions options;
+  options.estimate_scale = true;
+  for (std::uint64_t seed = 0; seed < 200; ++seed) {
+    ControlSurvey survey(seed, 8);
+    const Eigen::Vector3d far(300.0, -200.0, 10.0);
+    SurveyedPoint point = survey.points[0];
+    const Eigen::Vector3d noise = ControlSurvey::Draw(survey.random, 1.0);
+    point.enu_m = survey.enu_from_survey * far + point.axes * point.sigma_m.cwiseProduct(noise);
+    point.sightings = {{1, survey.truth[1].Inverse() * far +
+                               ControlSurvey::Draw(survey.random, ControlSurvey::kSightingSigma)}};
+    GeoreferencingInput input = InputOf(survey, 0);
+    input.check.push_back(point);
+    const GeoreferencingResult result = Georeference(input, options);
+    ASSERT_EQ(result.status, Status::kGeoreferenced) << seed;
+    const CheckResidual& residual = result.check.front();
+    normalised += residual.mean_m.cwiseQuotient(residual.sigma_m).squaredNorm();
+    count += 3;
+  }
+  // Standard deviation of the mean of 600 squares of standard normals, were they independent: 0.06.
+  EXPECT_NEAR(normalised / count, 1.0, 0.2);
+}
+
+TEST(Georeferencing, AScaleTestThatFailsIsAbsent) {
+  // Heights upside down, by more than the points lie apart: only a scale of zero would fit.
+  ControlSurvey survey(6, 0);
+  survey.enu_from_survey.rotation.setIdentity();
+  for (int k = 0; k < 8; ++k) {
+    survey.AddPoint(1, 0.0);
+    const Eigen::Vector3d at(2.0 * std::cos(k), 2.0 * std::sin(k), k % 2 == 0 ? 3.0 : -3.0);
+    survey.points.back().enu_m = {at.x(), at.y(), -at.z()};
+    survey.points.back().sightings = {{0, at}};
+  }
+  survey.tilts = {{0, 1e-6}};
+  const GeoreferencingResult result = Georeference(InputOf(survey, 0), {});
+  ASSERT_EQ(result.status, Status::kContradictory);
+  EXPECT_FALSE(result.scale_test);
 }
 
 TEST(Georeferencing, TooFewPointsPlaceNothing) {

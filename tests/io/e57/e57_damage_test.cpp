@@ -3,6 +3,7 @@
 #include <string>
 
 #include "io/e57/page_layout.h"
+#include "io/utf8.h"
 #include "tests/io/e57/e57_bytes.h"
 #include "tests/io/scan_files.h"
 
@@ -55,6 +56,19 @@ TEST(E57Damage, AnyFlippedBitIsFoundByThePageChecksum) {
   damaged[kE57PageBytes + 500] = static_cast<char>(damaged[kE57PageBytes + 500] ^ 1);
   EXPECT_THAT(ReadError(dir.File("a.e57", damaged)),
               AllOf(HasSubstr("a.e57: byte 1024: page 1 with checksum"), HasSubstr("export it")));
+}
+
+TEST(E57Damage, MessagesQuoteNoRawBytesOfTheFile) {
+  const TempDir dir;
+  const auto error = [&](const std::string& prototype) {
+    return ReadError(dir.File("a.e57", Paged(E57Payload({{"", prototype, 0, {}}}))));
+  };
+  for (const std::string& message : {error("<b\xff\xe9 type='Nope'/>"),
+                                     error("<b\xff\xe9 type='Integer' minimum='9' maximum='2'/>"),
+                                     error("<rowIndex type='Integer' minimum='\xff'/>")}) {
+    EXPECT_EQ(message, CleanUtf8(message));
+    EXPECT_THAT(message, HasSubstr("\\xff"));
+  }
 }
 
 TEST(E57Damage, WhateverThePagesHoldIsReadOrRefused) {

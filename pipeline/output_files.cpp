@@ -1,0 +1,153 @@
+#include "pipeline/output_files.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <limits>
+#include <set>
+
+#include "core/error.h"
+#include "io/output_names.h"
+
+namespace backsight {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::set<std::string> KeysOfScans(const SurveyProject& project) {
+  std::set<std::string> keys;
+  for (const StationSpec& station : project.stations) {
+    std::error_code error;
+    keys.insert(FileKey(station.scan));
+    keys.insert(fs::weakly_canonical(station.scan, error).string());
+  }
+  return keys;
+}
+
+std::set<std::string> KeysOf(const std::vector<OutputRecord>& written) {
+  std::set<std::string> keys;
+  for (const OutputRecord& file : written) keys.insert(FileKey(file.path));
+  return keys;
+}
+
+/// Every file beside the output that some run could have written for it, in order.
+std::vector<std::string> PossibleFiles(CloudOutput output) {
+  output.max_points = output.format == CloudFormat::kLas ? 1 : 0;
+  std::vector<std::string> files;
+  std::error_code error;
+  fs::path folder = fs::path(output.path).parent_path();
+  if (folder.empty()) folder = ".";
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    if (!MayWrite(output, std::numeric_limits<int>::max(), entry.path().string())) continue;
+    files.push_back(entry.path().string());
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+bool IsOf(const std::vector<WrittenCloud>& earlier, const std::string& file) {
+  std::error_code error;
+  if (fs::symlink_status(file, error).type() != fs::file_type::regular) return false;
+  const std::uintmax_t bytes = fs::file_size(file, error);
+  if (error) return false;
+  return std::any_of(earlier.begin(), earlier.end(), [&](const WrittenCloud& cloud) {
+    return cloud.bytes == bytes && FileKey(cloud.path) == FileKey(file);
+  });
+}
+
+class StaleClouds {
+ public:
+  StaleClouds(const SurveyProject& project, const std::vector<WrittenCloud>& earlier,
+              const std::vector<OutputRecord>& written)
+      : earlier_(earlier), written_(KeysOf(written)), scans_(KeysOfScans(project)) {}
+
+  void LookBeside(const CloudOutput& merged) {
+    const std::vector<std::string> files = PossibleFiles(merged);
+    const bool written_anew = std::any_of(files.begin(), files.end(), [&](const auto& file) {
+      return written_.contains(FileKey(file));
+    });
+    for (const std::string& file : files) Judge(file, written_anew);
+  }
+
+  void LookAt(const std::string& station_cloud) {
+    std::error_code error;
+    if (fs::exists(station_cloud, error)) Judge(station_cloud, false);
+  }
+
+  const std::string& removed() const { return removed_; }
+  const std::string& left() const { return left_; }
+
+ private:
+  void Judge(const std::string& file, bool may_go) {
+    const std::string key = FileKey(file);
+    if (written_.contains(key) || scans_.contains(key)) return;
+    std::error_code error;
+    const bool gone = may_go && IsOf(earlier_, file) && fs::remove(file, error);
+    std::string& list = gone ? removed_ : left_;
+    list += (list.empty() ? "" : ", ") + file;
+  }
+
+  const std::vector<WrittenCloud>& earlier_;
+  std::set<std::string> written_;
+  std::set<std::string> scans_;
+  std::string removed_;
+  std::string left_;
+};
+
+}  // namespace
+
+std::string UsualOutDirectory(const std::string& project_path) {
+  return (fs::path(project_path).parent_path() / "out").string();
+}
+
+std::vector<CloudOutput> MergedOutputs(const SurveyProject& project,
+                                       const std::string& out_directory) {
+  CloudOutput usual;
+  usual.path = (fs::path(out_directory) / "merged.las").string();
+  return project.outputs.merged.value_or(std::vector{usual});
+}
+
+void RequireFreeNames(const SurveyProject& project, const std::string& out_directory) {
+  if (project.outputs.merged) return;
+  const CloudOutput usual = MergedOutputs(project, out_directory).front();
+  const int components = MostComponents(project.stations.size());
+  const auto require = [&](const std::string& file, const std::string& what) {
+    if (!MayWrite(usual, components, file)) return;
+    throw InputError({project.path,
+                      fmt::format("{}, {}, has a name that the merged cloud may get", file, what),
+                      "a merged cloud under a name that no scan and no other output has",
+                      "give outputs.merged with another path, or another --out"});
+  };
+  for (const std::string& key : KeysOfScans(project)) require(key, "a scan");
+  for (const StationSpec& station : project.stations) {
+    if (!project.outputs.stations) break;
+    require(StationCloudPath(*project.outputs.stations, station.id),
+            "the cloud of station " + station.id);
+  }
+}
+
+std::vector<std::string> ClearStaleClouds(const SurveyProject& project,
+                                          const std::string& out_directory,
+                                          const std::vector<WrittenCloud>& earlier,
+                                          const std::vector<OutputRecord>& written,
+                                          const ExecutionContext& context) {
+  StaleClouds stale(project, earlier, written);
+  for (const CloudOutput& output : MergedOutputs(project, out_directory)) {
+    stale.LookBeside(output);
+  }
+  for (const StationSpec& station : project.stations) {
+    if (!project.outputs.stations) break;
+    stale.LookAt(StationCloudPath(*project.outputs.stations, station.id));
+  }
+  if (!stale.removed().empty()) {
+    context.Warning("removed what an earlier run had written and this one did not: " +
+                    stale.removed());
+  }
+  if (stale.left().empty()) return {};
+  const std::string warning = "not written by this run, and nothing of its result: " + stale.left();
+  context.Warning(warning);
+  return {warning};
+}
+
+}  // namespace backsight

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/execution.h"
+#include "io/run_records.h"
+#include "io/survey_project.h"
+
+namespace backsight {
+
+/// Where results go unless the command line says otherwise: out/ beside the project file.
+std::string UsualOutDirectory(const std::string& project_path);
+
+/// The merged clouds a run writes: those of the project, where it does not say merged.las in
+/// `out_directory`.
+std::vector<CloudOutput> MergedOutputs(const SurveyProject& project,
+                                       const std::string& out_directory);
+
+/// Throws InputError where the usual merged cloud could be written over a scan or a cloud of a
+/// station; names that the project file gives are looked at when it is read.
+void RequireFreeNames(const SurveyProject& project, const std::string& out_directory);
+
+/// Looks for clouds of earlier runs that could be taken for parts of this one: names that the
+/// merged outputs may have (components, numbered parts) and station clouds, but not in `written`.
+/// Where this run wrote the same output under other names, those that are provably of an earlier
+/// run are removed: listed in its manifest (`earlier`) and of the same size still. All others stay,
+/// and a warning names them. Scans of the project are never touched.
+std::vector<std::string> ClearStaleClouds(const SurveyProject& project,
+                                          const std::string& out_directory,
+                                          const std::vector<WrittenCloud>& earlier,
+                                          const std::vector<OutputRecord>& written,
+                                          const ExecutionContext& context);
+
+}  // namespace backsight
