@@ -15,7 +15,7 @@ struct CloudWriterSpec {
   std::string path;
   bool has_intensity = false;
   bool has_rgb = false;
-  bool has_classification = false;  ///< PLY, PCD; LAS points always have a class
+  bool has_classification = false;                ///< PLY, PCD; LAS points always have a class
   Eigen::Vector3d min = Eigen::Vector3d::Zero();  ///< bounds that hold all points to come, metres
   Eigen::Vector3d max = Eigen::Vector3d::Zero();
   double scale_m = 0.0001;  ///< LAS coordinate step

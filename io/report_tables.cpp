@@ -154,11 +154,11 @@ std::string ScanTable(const RunRecord& run) {
 }
 
 std::string OutputTable(const RunRecord& run) {
-  if (run.outputs.empty()) return HtmlSentence("No cloud was written.");
+  if (run.outputs.empty()) return HtmlSentence("Nothing was written.");
   HtmlTable table({{"file"}, {"format"}, {"points", true}});
   for (const OutputRecord& output : run.outputs) {
     table.Row({"<code>" + HtmlText(output.path) + "</code>", HtmlText(output.format),
-               GroupedText(output.points)});
+               output.points ? GroupedText(*output.points) : ""});
   }
   return table.Finish();
 }

@@ -130,9 +130,9 @@ ordered_json ToJson(const LinkRecord& link) {
 }
 
 ordered_json ToJson(const ScanRecord& scan) {
-  return {{"station", scan.station}, {"path", scan.path},           {"format", scan.format},
-          {"records", scan.records}, {"points", scan.points},       {"dropped", scan.dropped},
-          {"moving", scan.moving},   {"leaves", scan.leaves},       {"keypoints", scan.keypoints},
+  return {{"station", scan.station},   {"path", scan.path},     {"format", scan.format},
+          {"records", scan.records},   {"points", scan.points}, {"dropped", scan.dropped},
+          {"moving", scan.moving},     {"leaves", scan.leaves}, {"keypoints", scan.keypoints},
           {"extent_m", scan.extent_m}, {"notes", scan.notes}};
 }
 
@@ -207,7 +207,9 @@ ordered_json ToJson(const ClosureRecord& closure) {
 }
 
 ordered_json ToJson(const OutputRecord& output) {
-  return {{"path", output.path}, {"format", output.format}, {"points", output.points}};
+  return {{"path", output.path},
+          {"format", output.format},
+          {"points", output.points ? ordered_json(*output.points) : ordered_json()}};
 }
 
 ordered_json ToJson(const GateRecord& gate) {

@@ -191,7 +191,7 @@ struct ScanRecord {
 struct OutputRecord {
   std::string path;
   std::string format;
-  std::uint64_t points = 0;
+  std::optional<std::uint64_t> points;  ///< of clouds
 };
 
 /// A quality gate of the project file and how it ended.

@@ -89,6 +89,8 @@ class TakenFiles {
   std::vector<std::pair<CloudOutput, int>> merged_;
 };
 
+bool ReadWithoutMoving(const YamlValue& value) { return value.Choice(0, {"mark", "remove"}) == 1; }
+
 CloudOutput ReadMerged(const YamlValue& item, TakenFiles& taken) {
   CloudOutput output;
   const YamlValue format = item.Required("format");
@@ -99,6 +101,7 @@ CloudOutput ReadMerged(const YamlValue& item, TakenFiles& taken) {
   const YamlValue max_points = item.Optional("max_points");
   output.max_points = max_points.Integer(0, 0, std::numeric_limits<int>::max());
   output.crop = ReadCrop(item.Optional("crop"));
+  output.without_moving = ReadWithoutMoving(item.Optional("moving"));
   if (choice < 0 || output.path.empty()) return output;
   output.format = static_cast<CloudFormat>(choice);
   if (output.max_points > 0 && output.format != CloudFormat::kLas) {
@@ -117,6 +120,7 @@ CloudOutput ReadStationClouds(const YamlValue& map, const std::vector<StationSpe
                               const TakenFiles& taken) {
   CloudOutput output;
   output.format = static_cast<CloudFormat>(map.Required("format").Choice(0, FormatNames()));
+  output.without_moving = ReadWithoutMoving(map.Optional("moving"));
   const YamlValue path = map.Required("path");
   output.path = path.Path();
   for (const StationSpec& station : stations) {
@@ -129,20 +133,37 @@ CloudOutput ReadStationClouds(const YamlValue& map, const std::vector<StationSpe
   return output;
 }
 
+MapOutput ReadMap(const YamlValue& value) {
+  MapOutput map;
+  if (value.IsScalar()) {
+    if (value.Text() != "none") value.Reject("none, or a map with path and resolution_m");
+    return MapOutput{};
+  }
+  const YamlValue path = value.Required("path");
+  map.path = path.Path();
+  map.resolution_m = value.Optional("resolution_m").Real(map.resolution_m, {0.01, 10.0, "m"});
+  if (!map.path.empty() && std::filesystem::path(map.path).extension() != ".ot") {
+    path.Reject("a file name ending in .ot");
+  }
+  return map;
+}
+
 }  // namespace
 
-OutputSpec ReadOutputs(const YamlValue& map, const std::vector<StationSpec>& stations) {
+OutputSpec ReadOutputs(const YamlValue& node, const std::vector<StationSpec>& stations) {
   OutputSpec outputs;
   TakenFiles taken(stations);
-  const YamlValue merged = map.Optional("merged");
+  const YamlValue merged = node.Optional("merged");
   if (merged.present()) {
     outputs.merged.emplace();
     for (const YamlValue& item : merged.Items()) {
       outputs.merged->push_back(ReadMerged(item, taken));
     }
   }
-  const YamlValue each = map.Optional("stations");
+  const YamlValue each = node.Optional("stations");
   if (each.present()) outputs.stations = ReadStationClouds(each, stations, taken);
+  const YamlValue map = node.Optional("map");
+  if (map.present()) outputs.map = ReadMap(map);
   return outputs;
 }
 

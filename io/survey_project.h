@@ -76,9 +76,9 @@ struct CloudOutput {
   bool without_moving = false;  ///< points of what moved are left out, not marked
 };
 
-/// An occupancy map of the largest network, or several, as an OctoMap file.
+/// An occupancy map as an OctoMap file.
 struct MapOutput {
-  std::string path;
+  std::string path;           ///< empty: none is wanted
   double resolution_m = 0.2;  ///< edge of its voxels
 };
 
@@ -86,7 +86,7 @@ struct OutputSpec {
   /// Absent: the project file does not say, the caller chooses. Empty: none wanted.
   std::optional<std::vector<CloudOutput>> merged;
   std::optional<CloudOutput> stations;
-  std::optional<MapOutput> map;
+  std::optional<MapOutput> map;  ///< absent: the caller chooses
 };
 
 /// Limits that decide between exit codes 0 and 4; absent: not checked.

@@ -3,8 +3,6 @@
 #include <memory>
 #include <unordered_set>
 
-#include "stages/occupancy_map.h"
-
 namespace backsight {
 namespace {
 
@@ -16,13 +14,13 @@ std::vector<std::size_t> Members(int component, const Network& network) {
   return members;
 }
 
+}  // namespace
+
 PlacedSurface Place(const Station& station, const RigidTransform& frame_from_station) {
   return {{station.model, station.features.normals, station.features.scanner_credible},
           *station.index,
           frame_from_station * station.model.StationFromInstrument()};
 }
-
-}  // namespace
 
 MovingPoints FindMovingPoints(const std::vector<Station>& stations, const Network& network,
                               const MovingObjectOptions& options, const ExecutionContext& context) {
@@ -47,24 +45,8 @@ std::function<bool(const Eigen::Vector3d&)> IsMovingFunction(const Station& stat
   if (moving.leaves.empty()) return {};
   auto keys = std::make_shared<std::unordered_set<std::uint64_t>>();
   for (const std::uint32_t leaf : moving.leaves) keys->insert(station.model.leaves[leaf].key);
-  return [keys, lattice = station.model.lattice,
-          origin = station.model.scanner_origin](const Eigen::Vector3d& point) {
-    return keys->contains(lattice.Key(point - origin));
-  };
-}
-
-std::string OccupancyMapOf(int component, const std::vector<Station>& stations,
-                           const Network& network, const GeoreferencedNetwork& ground,
-                           const MovingPoints& moving, double resolution_m,
-                           const ExecutionContext& context) {
-  std::vector<PlacedSurface> placed;
-  std::vector<MovingLeaves> left_out;
-  for (const std::size_t s : Members(component, network)) {
-    placed.push_back(Place(stations[s], ground.enu_from_station[s].value_or(
-                                            network.survey_from_station[s])));
-    left_out.push_back(moving.stations[s]);
-  }
-  return DrawOccupancyMap(placed, left_out, resolution_m, context);
+  return [keys, lattice = station.model.lattice, origin = station.model.scanner_origin](
+             const Eigen::Vector3d& point) { return keys->contains(lattice.Key(point - origin)); };
 }
 
 }  // namespace backsight

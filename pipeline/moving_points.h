@@ -1,11 +1,9 @@
 #pragma once
 
 #include <functional>
-#include <string>
 #include <vector>
 
 #include "core/execution.h"
-#include "pipeline/georeference_network.h"
 #include "pipeline/network_pipeline.h"
 #include "pipeline/station_pipeline.h"
 #include "stages/moving_objects.h"
@@ -30,11 +28,7 @@ MovingPoints FindMovingPoints(const std::vector<Station>& stations, const Networ
 std::function<bool(const Eigen::Vector3d&)> IsMovingFunction(const Station& station,
                                                              const MovingLeaves& moving);
 
-/// The occupancy map of the stations of one component, as bytes (DrawOccupancyMap), in the local
-/// frame of the control where it places the component, otherwise in the survey frame.
-std::string OccupancyMapOf(int component, const std::vector<Station>& stations,
-                           const Network& network, const GeoreferencedNetwork& ground,
-                           const MovingPoints& moving, double resolution_m,
-                           const ExecutionContext& context);
+/// A usable station at its place: `frame_from_station` leads into a frame that stations share.
+PlacedSurface Place(const Station& station, const RigidTransform& frame_from_station);
 
 }  // namespace backsight

@@ -7,6 +7,7 @@
 #include "io/run_json.h"
 #include "pipeline/cloud_outputs.h"
 #include "pipeline/georeference_network.h"
+#include "pipeline/map_output.h"
 #include "pipeline/output_files.h"
 #include "pipeline/pair_discovery.h"
 #include "pipeline/report_pictures.h"
@@ -54,8 +55,7 @@ SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
       GeoreferenceNetwork(project, std::move(frame), stations, network, options.georeferencing);
   clock.Finish("georeferencing");
 
-  const MovingPoints moving =
-      FindMovingPoints(stations, network, options.moving_objects, context);
+  const MovingPoints moving = FindMovingPoints(stations, network, options.moving_objects, context);
   clock.Finish("moving objects");
 
   // Poses first: whatever may happen to the large files, they are kept.
@@ -65,17 +65,21 @@ SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
   clock.Finish("report");
   const std::vector<WrittenCloud> earlier =
       ReadWrittenClouds((std::filesystem::path(out_directory) / "manifest.json").string());
-  const CloudFiles clouds =
-      WriteClouds(project, {options.ingest, stations, network, ground, moving}, out_directory,
-                  context);
+  const CloudFiles clouds = WriteClouds(
+      project, {options.ingest, stations, network, ground, moving}, out_directory, context);
   const std::vector<std::string> stale =
       ClearStaleClouds(project, out_directory, earlier, clouds.files, context);
   clock.Finish("merge");
+  const MapFiles maps =
+      WriteMaps(WantedMap(project, out_directory), {stations, network, ground, moving}, context);
+  clock.Finish("map");
 
-  run.record = SummarizeRun(project, stations, discovery, network, ground, moving, clouds.files);
-  run.record.warnings.insert(run.record.warnings.end(), clouds.warnings.begin(),
-                             clouds.warnings.end());
-  run.record.warnings.insert(run.record.warnings.end(), stale.begin(), stale.end());
+  std::vector<OutputRecord> files = clouds.files;
+  files.insert(files.end(), maps.files.begin(), maps.files.end());
+  run.record = SummarizeRun(project, stations, discovery, network, ground, moving, files);
+  for (const auto* warnings : {&clouds.warnings, &stale, &maps.warnings}) {
+    run.record.warnings.insert(run.record.warnings.end(), warnings->begin(), warnings->end());
+  }
   WriteReports(run.record, pictures, out_directory);
   return run;
 }

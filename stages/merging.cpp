@@ -27,8 +27,8 @@ bool IsWithin(const CropBox& box, const Eigen::Vector3d& point) {
   return (point.array() >= box.min.array()).all() && (point.array() <= box.max.array()).all();
 }
 
-/// Calls `action` for each usable and wanted point of the station within the crop box, and `flush` after each
-/// chunk.
+/// Calls `action` for each usable and wanted point of the station within the crop box, and `flush`
+/// after each chunk.
 void ForEachPoint(const MergeStation& station, const MergeOptions& options,
                   const ExecutionContext& context, const PointAction& action,
                   const std::function<void()>& flush) {

@@ -105,8 +105,7 @@ class RegionGrowing {
   std::vector<NeighborSearch::Neighbor> Around(std::uint32_t leaf) const {
     constexpr double kStep = 2.0;  // voxels
     const StationModel& model = own_.surface.model;
-    return own_.index.search.Within(model.leaves[leaf].cluster.mean,
-                                    ReachAt(model, leaf, kStep));
+    return own_.index.search.Within(model.leaves[leaf].cluster.mean, ReachAt(model, leaf, kStep));
   }
 
   /// Moving voxels, and still ones that touch the unknown region about them.

@@ -20,7 +20,7 @@ void VisitOptions(OptionVisitor& visitor, MovingObjectOptions& options);
 /// A placed station, as what it measured and as a witness of what others measured.
 struct PlacedSurface {
   Surface surface;
-  const CloudIndex& index;                ///< of the surface's model
+  const CloudIndex& index;               ///< of the surface's model
   RigidTransform frame_from_instrument;  ///< into a frame that all share
 };
 

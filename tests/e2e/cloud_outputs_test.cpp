@@ -2,6 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <map>
+#include <nlohmann/json.hpp>
+
 #include "io/csv_table.h"
 #include "io/scan_reader.h"
 #include "tests/e2e/program.h"
@@ -10,6 +13,7 @@ namespace backsight {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::StartsWith;
 
 /// The yard in a CRS, scanned coarsely.
 std::string YardScene() {
@@ -78,6 +82,50 @@ TEST(CloudOutputs, StationsAreDeliveredAsE57WithTheirPoses) {
     EXPECT_LT(*part->info().point_count, *info.point_count);
     EXPECT_EQ(part->info().world_from_scan->Matrix(), info.world_from_scan->Matrix());
   }
+}
+
+/// Points of each class in a LAS file.
+std::map<int, std::uint64_t> CountClasses(const std::string& path) {
+  std::map<int, std::uint64_t> counts;
+  const auto reader = OpenScan(path);
+  PointChunk chunk;
+  while (reader->Next(chunk)) {
+    for (const std::uint8_t value : chunk.classification) ++counts[value];
+  }
+  return counts;
+}
+
+TEST(CloudOutputs, WhatMovedIsMarkedCountedOrLeftOut) {
+  const ScratchFolder folder;
+  WriteBytes(folder / "scene.yaml", YardScene());
+  ASSERT_EQ(RunProgram(fmt::format("simulate '{}' '{}'", folder / "scene.yaml", folder / "yard"))
+                .exit_code,
+            0);
+  std::string project = ReadBytes(folder / "yard/yard.yaml");
+  const std::size_t merged = project.find("  merged:");
+  project.replace(merged, project.find('\n', merged) - merged,
+                  "  merged: [{format: las, path: out/all.las}, {format: las, path: "
+                  "out/still.las, moving: remove}]\n"
+                  "  map: {path: out/yard.ot, resolution_m: 0.25}");
+  WriteBytes(folder / "yard/yard.yaml", project);
+  const ProgramRun run = RunProgram(fmt::format("run '{}' --quiet", folder / "yard/yard.yaml"));
+  ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
+
+  const auto report = nlohmann::json::parse(ReadBytes(folder / "yard/out/report.json"));
+  std::uint64_t moving = 0;
+  std::uint64_t points = 0;
+  for (const auto& scan : report.at("scans")) {
+    moving += scan.at("moving").get<std::uint64_t>();
+    points += scan.at("points").get<std::uint64_t>();
+  }
+  EXPECT_GT(moving, 1000U);
+  EXPECT_LT(moving, points / 50);
+  const auto all = CountClasses(folder / "yard/out/all.las");
+  EXPECT_EQ(all, (std::map<int, std::uint64_t>{{0, points - moving}, {64, moving}}));
+  const auto still = CountClasses(folder / "yard/out/still.las");
+  EXPECT_EQ(still, (std::map<int, std::uint64_t>{{0, points - moving}}));
+  EXPECT_THAT(ReadBytes(folder / "yard/out/yard.ot"), StartsWith("# Octomap OcTree file"));
+  EXPECT_THAT(report.at("outputs").back().at("path").get<std::string>(), HasSubstr("yard.ot"));
 }
 
 }  // namespace

@@ -143,6 +143,35 @@ TEST(PcdWriter, FollowsTheFormatByteByByte) {
   EXPECT_EQ(ReadBytes(spec.path), bytes);
 }
 
+TEST(CloudWriters, PlyAndPcdKeepTheClassWhereAskedTo) {
+  const TempDir dir;
+  for (const auto& [name, create] :
+       {std::pair{"a.ply", CreatePlyWriter}, std::pair{"a.pcd", CreatePcdWriter}}) {
+    for (const bool wanted : {false, true}) {
+      CloudWriterSpec spec;
+      spec.path = dir / name;
+      spec.has_classification = wanted;
+      PointChunk chunk;
+      chunk.x = chunk.y = chunk.z = {1.5};
+      chunk.classification = {64};
+      const auto writer = create(spec);
+      writer->Write(chunk, 300);
+      writer->Finish();
+      std::string end;
+      Append(end, 1.5);
+      if (wanted) end += static_cast<char>(64);
+      Append(end, std::uint16_t{300});
+      const std::string bytes = ReadBytes(spec.path);
+      EXPECT_EQ(bytes.substr(bytes.size() - end.size()), end);
+      EXPECT_EQ(bytes.find("classification") != std::string::npos, wanted);
+      const auto reader = OpenScan(spec.path);
+      PointChunk read;
+      EXPECT_TRUE(reader->Next(read));
+      EXPECT_EQ(read.z, chunk.z);
+    }
+  }
+}
+
 TEST(WrittenFiles, AreNumberedWhereOneIsNotEnough) {
   CloudWriterSpec spec;
   spec.path = "out/town.v2.las";

@@ -125,6 +125,25 @@ TEST_F(SurveyProjectTest, ReadsTheOtherFormatsOfMergedClouds) {
   EXPECT_EQ(project.outputs.merged->at(1).max_points, 0);
 }
 
+TEST_F(SurveyProjectTest, ReadsWhatBecomesOfMovingObjectsAndTheMap) {
+  const std::string two =
+      "schema_version: 1\nstations: [{id: S1, scan: scans/S1.ptx}, {id: S2, scan: "
+      "scans/S2.ptx}]\n";
+  EXPECT_FALSE(Read(two).outputs.map);
+  EXPECT_EQ(Read(two + "outputs: {map: none}\n").outputs.map->path, "");
+  const OutputSpec outputs =
+      Read(two +
+           "outputs:\n  merged: [{format: las, path: a.las, moving: remove}, {format: las, path: "
+           "b.las, moving: mark}]\n  stations: {format: e57, path: out/, moving: remove}\n  map: "
+           "{path: m.ot, resolution_m: 0.1}\n")
+          .outputs;
+  EXPECT_TRUE(outputs.merged->at(0).without_moving);
+  EXPECT_FALSE(outputs.merged->at(1).without_moving);
+  EXPECT_TRUE(outputs.stations->without_moving);
+  EXPECT_EQ(outputs.map->path, (folder_ / "m.ot").string());
+  EXPECT_EQ(outputs.map->resolution_m, 0.1);
+}
+
 TEST_F(SurveyProjectTest, ReadsE57OutputsAndCropBoxes) {
   const SurveyProject project = Read(
       "schema_version: 1\nstations: [{id: S1, scan: scans/S1.ptx}, {id: S2, scan: "
@@ -255,6 +274,11 @@ TEST_F(SurveyProjectTest, NamesEveryKindOfMistake) {
       {two + crop + "{max: [2, 3, 4]}}]}\n", "required key 'min'"},
       {two + crop + "{min: [a, 2, 3], max: [2, 3, 4]}}]}\n", "crop.min[0]: found 'a'"},
       {two + crop + "[1, 2, 3, 4, 5, 6]}]}\n", "merged[0].crop: found a list"},
+      {two + "outputs: {merged: [{format: las, path: a.las, moving: hide}]}\n",
+       "one of: mark, remove"},
+      {two + "outputs: {map: yes}\n", "none, or a map with path"},
+      {two + "outputs: {map: {path: map.bt}}\n", "ending in .ot"},
+      {two + "outputs: {map: {path: map.ot, resolution_m: 0}}\n", "from 0.01"},
       {two + "gates: {max_station_sigma_mm: 0}\n", "from 0.001"},
       {two + "resources: {memory_gb: 8 GB}\n", "without its unit"},
       {two + "resources: {threads: -1}\n", "from 0 to 4096"},

@@ -143,9 +143,9 @@ TEST(MergeClouds, LeavesOutWhatMovedWhereAskedTo) {
     options.thin_m = thin_m;
     options.thinning.path = "moving";
     KeepingWriter writer;
-    EXPECT_EQ(MergeClouds({WithMoving(Line(1, 0.0, {1, 3, 2}))}, options, writer,
-                          ExecutionContext{}),
-              2U);
+    EXPECT_EQ(
+        MergeClouds({WithMoving(Line(1, 0.0, {1, 3, 2}))}, options, writer, ExecutionContext{}),
+        2U);
     EXPECT_THAT(writer.chunks[1].x, ElementsAre(1, 2));
   }
 }

@@ -53,10 +53,9 @@ std::vector<PlacedSurface> ScannedCampaign::Placed() const {
   std::vector<PlacedSurface> placed;
   for (std::size_t s = 0; s < stations.size(); ++s) {
     const ScannedStation& station = stations[s];
-    placed.push_back(
-        {{station.model, station.features.normals, station.features.scanner_credible},
-         *station.index,
-         survey_from_station[s]});
+    placed.push_back({{station.model, station.features.normals, station.features.scanner_credible},
+                      *station.index,
+                      survey_from_station[s]});
   }
   return placed;
 }

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/execution.h"
+#include "io/run_records.h"
+#include "io/survey_project.h"
+#include "pipeline/georeference_network.h"
+#include "pipeline/moving_points.h"
+#include "pipeline/network_pipeline.h"
+
+namespace backsight {
+
+/// What occupancy maps are drawn from.
+struct MapSource {
+  const std::vector<Station>& stations;
+  const Network& network;
+  const GeoreferencedNetwork& ground;
+  const MovingPoints& moving;
+};
+
+struct MapFiles {
+  std::vector<OutputRecord> files;
+  std::vector<std::string> warnings;
+};
+
+/// The map a run draws: the project's, where it does not say map.ot in `out_directory`.
+MapOutput WantedMap(const SurveyProject& project, const std::string& out_directory);
+
+/// Writes an occupancy map for each component of two or more stations: to `map`.path, those of
+/// further components beside it (ComponentPath). In the local frame of the control where it places
+/// the component, otherwise in the survey frame. Nothing where `map`.path is empty. A map that cannot
+/// hold its component is left out with a warning.
+MapFiles WriteMaps(const MapOutput& map, const MapSource& source,
+                                    const ExecutionContext& context);
+
+}  // namespace backsight
