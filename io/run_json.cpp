@@ -284,7 +284,7 @@ std::string ManifestJson(const ManifestRecord& manifest) {
   }
   ordered_json clouds = ordered_json::array();
   for (const WrittenCloud& cloud : manifest.clouds) {
-    clouds.push_back({{"path", cloud.path}, {"bytes", cloud.bytes}});
+    clouds.push_back({{"path", cloud.path}, {"bytes", cloud.bytes}, {"modified", cloud.modified}});
   }
   return Dump({{"schema_version", kSchemaVersion},
                {"version", manifest.version},
@@ -308,9 +308,16 @@ std::vector<WrittenCloud> ReadWrittenClouds(const std::string& manifest_path) {
   if (!manifest.is_object() || !manifest.contains("clouds")) return {};
   std::vector<WrittenCloud> clouds;
   for (const ordered_json& cloud : manifest["clouds"]) {
-    if (!cloud.is_object() || !cloud.contains("path") || !cloud.contains("bytes")) continue;
-    if (!cloud["path"].is_string() || !cloud["bytes"].is_number_unsigned()) continue;
-    clouds.push_back({cloud["path"].get<std::string>(), cloud["bytes"].get<std::uint64_t>()});
+    if (!cloud.is_object()) continue;
+    const auto has = [&](const char* key, auto is_right) {
+      return cloud.contains(key) && is_right(cloud[key]);
+    };
+    const bool whole = has("path", [](const auto& v) { return v.is_string(); }) &&
+                       has("bytes", [](const auto& v) { return v.is_number_unsigned(); }) &&
+                       has("modified", [](const auto& v) { return v.is_number_integer(); });
+    if (!whole) continue;
+    clouds.push_back({cloud["path"].get<std::string>(), cloud["bytes"].get<std::uint64_t>(),
+                      cloud["modified"].get<std::int64_t>()});
   }
   return clouds;
 }

@@ -229,8 +229,9 @@ struct StageTime {
 
 /// A cloud that a run wrote.
 struct WrittenCloud {
-  std::string path;
+  std::string path;  ///< absolute
   std::uint64_t bytes = 0;
+  std::int64_t modified = 0;  ///< time of the last change, in the file system's own count
 };
 
 struct ManifestRecord {

@@ -133,7 +133,7 @@ CloudOutput ReadStationClouds(const YamlValue& map, const std::vector<StationSpe
   return output;
 }
 
-MapOutput ReadMap(const YamlValue& value) {
+MapOutput ReadMap(const YamlValue& value, const TakenFiles& taken) {
   MapOutput map;
   if (value.IsScalar()) {
     if (value.Text() != "none") value.Reject("none, or a map with path and resolution_m");
@@ -144,6 +144,8 @@ MapOutput ReadMap(const YamlValue& value) {
   map.resolution_m = value.Optional("resolution_m").Real(map.resolution_m, {0.01, 10.0, "m"});
   if (!map.path.empty() && std::filesystem::path(map.path).extension() != ".ot") {
     path.Reject("a file name ending in .ot");
+  } else if (taken.Contains(map.path)) {
+    path.Reject("a path that no scan and no other output has");
   }
   return map;
 }
@@ -163,7 +165,7 @@ OutputSpec ReadOutputs(const YamlValue& node, const std::vector<StationSpec>& st
   const YamlValue each = node.Optional("stations");
   if (each.present()) outputs.stations = ReadStationClouds(each, stations, taken);
   const YamlValue map = node.Optional("map");
-  if (map.present()) outputs.map = ReadMap(map);
+  if (map.present()) outputs.map = ReadMap(map, taken);
   return outputs;
 }
 

@@ -15,6 +15,7 @@ const std::vector<std::string>& TextColumnNames() {
 }
 
 std::string FaultOf(const TextColumns& columns) {
+  if (columns.size() > kMaxTextColumns) return fmt::format("{} columns", columns.size());
   const auto count = [&](TextColumn column) {
     return std::count(columns.begin(), columns.end(), column);
   };

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -15,8 +16,11 @@ using TextColumns = std::vector<TextColumn>;
 /// of TextColumn.
 const std::vector<std::string>& TextColumnNames();
 
-/// What is wrong with the columns: one of x, y, z is missing, one of the others but skip comes
-/// twice, r, g and b are not all there or all absent. Empty if nothing.
+inline constexpr std::size_t kMaxTextColumns = 256;
+
+/// What is wrong with the columns: they are more than kMaxTextColumns, one of x, y, z is missing,
+/// one of the others but skip comes twice, r, g and b are not all there or all absent. Empty if
+/// nothing.
 std::string FaultOf(const TextColumns& columns);
 
 /// "x,y,z,skip": names between commas. Throws InputError, `where` in it, for anything else.

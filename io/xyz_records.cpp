@@ -11,7 +11,7 @@
 namespace backsight {
 namespace {
 
-constexpr std::size_t kMaxColumns = 256;
+constexpr std::size_t kMaxColumns = kMaxTextColumns;
 constexpr std::size_t kSampleLines = 2000;
 
 bool IsComment(std::string_view line) { return line.starts_with('#') || line.starts_with("//"); }
@@ -129,7 +129,7 @@ bool XyzRecords::Next() {
 void XyzRecords::RequireCount(std::size_t count, std::string_view line) const {
   const std::string found = fmt::format("{} values: {}", count, Quoted(line));
   if (!given_.empty()) {
-    if (count == given_.size()) return;
+    if (count == given_.size() && count <= kMaxColumns) return;
     throw lines_.Error(found, fmt::format("{} values, as many as columns given", given_.size()),
                        "name every column of the file, or skip for what it does not matter");
   }

@@ -55,7 +55,7 @@ std::vector<MergeStation> MergeStationsOf(const std::vector<int>& stations,
                                const Eigen::Vector3d& point) mutable {
       return incidence.CosAt(point);
     };
-    member.is_moving = IsMovingFunction(station, source.moving.stations[s]);
+    member.is_moving = IsMovingFunction(station, source.moving.Of(s));
     members.push_back(std::move(member));
   }
   return members;
@@ -104,10 +104,7 @@ std::vector<WrittenFile> WriteFlat(const CloudOutput& output, const std::string&
                                    [](const MergeStation& m) { return m.has_intensity; });
   spec.has_rgb =
       std::all_of(members.begin(), members.end(), [](const MergeStation& m) { return m.has_rgb; });
-  spec.has_classification =
-      !merge.without_moving && std::any_of(members.begin(), members.end(), [](const auto& m) {
-        return static_cast<bool>(m.is_moving);
-      });
+  spec.has_classification = !merge.without_moving;  // whatever was found: one layout for all parts
   for (MergeStation& member : members) {
     member.has_intensity = spec.has_intensity;
     member.has_rgb = spec.has_rgb;
@@ -158,7 +155,8 @@ void WriteCloud(const CloudOutput& output, const std::vector<int>& stations,
   for (const WrittenFile& file : files) {
     written->files.push_back({file.path, std::string(NameOf(output.format)), file.points});
     if (file.points == 0) {
-      written->warnings.push_back(fmt::format("{}: no point lies within the crop box", file.path));
+      written->warnings.push_back(
+          fmt::format("{}: no point is left of what was asked for", file.path));
     }
   }
 }

@@ -73,6 +73,7 @@ E57FileSpec E57FileOf(const CloudOutput& output, const std::map<int, E57ScanSpec
   fingerprint.Add("file");
   fingerprint.Add(file.crs);
   Add(output.thin_m, &fingerprint);
+  if (output.without_moving) fingerprint.Add("without moving");
   if (output.crop) {
     Add(output.crop->min, &fingerprint);
     Add(output.crop->max, &fingerprint);

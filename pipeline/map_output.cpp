@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "core/error.h"
@@ -13,17 +14,40 @@
 namespace backsight {
 namespace {
 
+/// Float coordinates hold neither a CRS nor a local grid far from its origin.
+bool IsInEnu(int component, const MapSource& source) {
+  const auto part = static_cast<std::size_t>(component);
+  return source.ground.frame && source.ground.parts[part].placed();
+}
+
 std::string Draw(int component, const MapSource& source, double resolution_m,
                  const ExecutionContext& context) {
+  const bool in_enu = IsInEnu(component, source);
   std::vector<PlacedSurface> placed;
   std::vector<MovingLeaves> left_out;
   for (std::size_t s = 0; s < source.stations.size(); ++s) {
     if (source.network.component[s] != component) continue;
-    placed.push_back(Place(source.stations[s], source.ground.enu_from_station[s].value_or(
-                                                   source.network.survey_from_station[s])));
-    left_out.push_back(source.moving.stations[s]);
+    const RigidTransform& pose =
+        in_enu ? source.ground.enu_from_station[s].value() : source.network.survey_from_station[s];
+    placed.push_back(Place(source.stations[s], pose));
+    left_out.push_back(source.moving.Of(s));
   }
-  return DrawOccupancyMap(placed, left_out, resolution_m, context);
+  OccupancyMapOptions options;
+  options.resolution_m = resolution_m;
+  options.scale = in_enu ? source.ground.ScaleOf(component) : 1.0;
+  return DrawOccupancyMap(placed, left_out, options, context);
+}
+
+/// Maps that lie where this run could have written some, but did not.
+void NameStaleMaps(const std::string& path, std::size_t stations, MapFiles* written) {
+  for (int component = 0; component < MostComponents(stations); ++component) {
+    const std::string file = ComponentPath(path, component);
+    std::error_code error;
+    const bool is_new = std::any_of(written->files.begin(), written->files.end(),
+                                    [&](const OutputRecord& map) { return map.path == file; });
+    if (is_new || !std::filesystem::exists(file, error)) continue;
+    written->warnings.push_back("not written by this run, and nothing of its result: " + file);
+  }
 }
 
 }  // namespace
@@ -54,6 +78,7 @@ MapFiles WriteMaps(const MapOutput& map, const MapSource& source, const Executio
     written.files.push_back({path, "OctoMap", {}});
   }
   context.Progress("map", components, components);
+  NameStaleMaps(map.path, source.stations.size(), &written);
   return written;
 }
 

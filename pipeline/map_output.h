@@ -29,10 +29,10 @@ struct MapFiles {
 MapOutput WantedMap(const SurveyProject& project, const std::string& out_directory);
 
 /// Writes an occupancy map for each component of two or more stations: to `map`.path, those of
-/// further components beside it (ComponentPath). In the local frame of the control where it places
-/// the component, otherwise in the survey frame. Nothing where `map`.path is empty. A map that cannot
-/// hold its component is left out with a warning.
-MapFiles WriteMaps(const MapOutput& map, const MapSource& source,
-                                    const ExecutionContext& context);
+/// further components beside it (ComponentPath). In `enu` of the project's CRS where control places
+/// the component in one, otherwise in the survey frame of the component. Nothing where `map`.path
+/// is empty. A map that cannot hold its component is left out with a warning; so are files named
+/// that an earlier run left under these names.
+MapFiles WriteMaps(const MapOutput& map, const MapSource& source, const ExecutionContext& context);
 
 }  // namespace backsight

@@ -28,7 +28,9 @@ MovingPoints FindMovingPoints(const std::vector<Station>& stations, const Networ
   moving.stations.resize(stations.size());
   for (int component = 0; component < static_cast<int>(network.parts.size()); ++component) {
     const std::vector<std::size_t> members = Members(component, network);
+    context.Progress("moving objects", static_cast<std::size_t>(component), network.parts.size());
     std::vector<PlacedSurface> placed;
+    placed.reserve(members.size());
     for (const std::size_t s : members) {
       placed.push_back(Place(stations[s], network.survey_from_station[s]));
     }

@@ -14,8 +14,9 @@ namespace backsight {
 struct MovingPoints {
   std::vector<MovingLeaves> stations;  ///< empty where it was not looked for
 
-  std::uint64_t PointsOf(std::size_t station) const {
-    return station < stations.size() ? stations[station].points : 0;
+  const MovingLeaves& Of(std::size_t station) const {
+    static const MovingLeaves kNone;
+    return station < stations.size() ? stations[station] : kNone;
   }
 };
 
@@ -23,8 +24,8 @@ struct MovingPoints {
 MovingPoints FindMovingPoints(const std::vector<Station>& stations, const Network& network,
                               const MovingObjectOptions& options, const ExecutionContext& context);
 
-/// Whether a point of the station's scan (station frame) is of something that moved. The function
-/// refers to `station`. Empty where nothing moved.
+/// Whether a point of the station's scan (station frame) is of something that moved. Empty where
+/// nothing moved.
 std::function<bool(const Eigen::Vector3d&)> IsMovingFunction(const Station& station,
                                                              const MovingLeaves& moving);
 

@@ -49,10 +49,11 @@ std::vector<std::string> PossibleFiles(CloudOutput output) {
 bool IsOf(const std::vector<WrittenCloud>& earlier, const std::string& file) {
   std::error_code error;
   if (fs::symlink_status(file, error).type() != fs::file_type::regular) return false;
-  const std::uintmax_t bytes = fs::file_size(file, error);
-  if (error) return false;
+  const std::optional<WrittenCloud> now = DescribeFile(file);
+  if (!now) return false;
   return std::any_of(earlier.begin(), earlier.end(), [&](const WrittenCloud& cloud) {
-    return cloud.bytes == bytes && FileKey(cloud.path) == FileKey(file);
+    return cloud.bytes == now->bytes && cloud.modified == now->modified &&
+           FileKey(cloud.path) == FileKey(file);
   });
 }
 
@@ -96,6 +97,17 @@ class StaleClouds {
 };
 
 }  // namespace
+
+std::optional<WrittenCloud> DescribeFile(const std::string& path) {
+  std::error_code no_size;
+  std::error_code no_time;
+  std::error_code no_path;
+  const std::uintmax_t bytes = fs::file_size(path, no_size);
+  const fs::file_time_type modified = fs::last_write_time(path, no_time);
+  const fs::path absolute = fs::absolute(path, no_path);
+  if (no_size || no_time || no_path) return std::nullopt;
+  return WrittenCloud{absolute.string(), bytes, modified.time_since_epoch().count()};
+}
 
 std::string UsualOutDirectory(const std::string& project_path) {
   return (fs::path(project_path).parent_path() / "out").string();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,9 @@ std::string UsualOutDirectory(const std::string& project_path);
 std::vector<CloudOutput> MergedOutputs(const SurveyProject& project,
                                        const std::string& out_directory);
 
+/// A file as it lies on the disk now; absent if it cannot be looked at.
+std::optional<WrittenCloud> DescribeFile(const std::string& path);
+
 /// Throws InputError where the usual merged cloud could be written over a scan or a cloud of a
 /// station; names that the project file gives are looked at when it is read.
 void RequireFreeNames(const SurveyProject& project, const std::string& out_directory);
@@ -24,8 +28,8 @@ void RequireFreeNames(const SurveyProject& project, const std::string& out_direc
 /// Looks for clouds of earlier runs that could be taken for parts of this one: names that the
 /// merged outputs may have (components, numbered parts) and station clouds, but not in `written`.
 /// Where this run wrote the same output under other names, those that are provably of an earlier
-/// run are removed: listed in its manifest (`earlier`) and of the same size still. All others stay,
-/// and a warning names them. Scans of the project are never touched.
+/// run are removed: listed in its manifest (`earlier`) and of the same size and time of change
+/// still. All others stay, and a warning names them. Scans of the project are never touched.
 std::vector<std::string> ClearStaleClouds(const SurveyProject& project,
                                           const std::string& out_directory,
                                           const std::vector<WrittenCloud>& earlier,

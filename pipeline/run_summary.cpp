@@ -251,7 +251,7 @@ RunRecord SummarizeRun(const SurveyProject& project, const std::vector<Station>&
   }
   for (std::size_t s = 0; s < stations.size(); ++s) {
     run.scans.push_back(stations[s].record);
-    run.scans.back().moving = moving.PointsOf(s);
+    run.scans.back().moving = moving.Of(s).points;
     run.poses.push_back(MakePoseRecord(stations[s], network, ground, s, run.links));
   }
   run.outputs = outputs;

@@ -181,6 +181,10 @@ class Georeferencing {
   void SetResiduals() {
     const ControlAdjustmentResult free =
         FitToControl(MakeInput(input_, options_, result_.excluded));
+    if (free.status != ControlAdjustmentResult::Status::kAdjusted) {
+      result_.status = GeoreferencingResult::Status::kDiverged;
+      return;
+    }
     for (std::size_t k = 0; k < input_.control.size(); ++k) {
       const SurveyedPoint& point = input_.control[k];
       result_.control[k].free_m = MeanResidual(point, free);

@@ -109,8 +109,9 @@ ThinnedCloud Thin(const std::vector<MergeStation>& stations, const MergeOptions&
           std::optional<double> cos;
           if (station.cos_incidence) cos = station.cos_incidence(scanned);
           constexpr double kLastChoice = 1e9;
-          const double last = IsMoving(station, scanned) ? kLastChoice : 0.0;
-          cloud.thinning.Offer({s, cloud.points[s]++}, point, PointUncertainty(range, cos) + last);
+          const double factor = IsMoving(station, scanned) ? kLastChoice : 1.0;
+          cloud.thinning.Offer({s, cloud.points[s]++}, point,
+                               factor * PointUncertainty(range, cos));
         },
         [] {});
   }

@@ -1,5 +1,6 @@
 #include "stages/moving_objects.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -14,6 +15,8 @@ struct Testimony {
   int past = 0;   ///< saw clearly beyond it
   int there = 0;  ///< saw something at its range, there or close by
   int met = 0;    ///< saw something at its range in its very pixel
+  /// Distance of neighbouring beams at the voxel, of the closest station that saw beyond; metres.
+  double beam_m = HUGE_VAL;
 };
 
 enum class Label : char { kUnknown, kMoving, kStill };
@@ -22,6 +25,15 @@ enum class Label : char { kUnknown, kMoving, kStill };
 double ReachAt(const StationModel& model, std::size_t leaf, double voxels) {
   const double spacing = model.leaves[leaf].cluster.mean.norm() * model.range_image.PixelAngle();
   return voxels * std::max(model.resolution_m(), spacing);
+}
+
+/// Beyond what it measured a scanner has nothing to say.
+double FarthestRange(const StationModel& model) {
+  double farthest = 0.0;
+  for (const VoxelLeaf& leaf : model.leaves) {
+    farthest = std::max(farthest, leaf.cluster.mean.squaredNorm());
+  }
+  return std::sqrt(farthest);
 }
 
 void Hear(const PlacedSurface& own, const PlacedSurface& witness, double clearance,
@@ -33,14 +45,19 @@ void Hear(const PlacedSurface& own, const PlacedSurface& witness, double clearan
   const Eigen::Matrix3f rotation = witness_from_own.rotation.cast<float>();
   const StationModel& viewer = witness.surface.model;
   const double clearance_m = clearance * viewer.resolution_m();
+  const double reach = FarthestRange(viewer);
   for (std::size_t i = 0; i < said->size(); ++i) {
     const Eigen::Vector3d point = witness_from_own * own.surface.model.leaves[i].cluster.mean;
+    const double range = point.norm();
+    if (range > reach) continue;
     const Sight sight = LookAt(viewer, point, rotation * own.surface.normals[i], tolerance);
     Testimony& testimony = (*said)[i];
-    testimony.past += sight == Sight::kSeenThrough ? 1 : 0;
+    if (sight == Sight::kSeenThrough) {
+      ++testimony.past;
+      testimony.beam_m = std::min(testimony.beam_m, range * viewer.range_image.PixelAngle());
+    }
     testimony.there += sight == Sight::kAgrees ? 1 : 0;
     const RangeImage::Pixel& pixel = viewer.range_image.At(point);
-    const double range = point.norm();
     const bool met = pixel.max_m > 0.0F && range > pixel.min_m - clearance_m &&
                      range < pixel.max_m + clearance_m;
     testimony.met += met ? 1 : 0;
@@ -48,13 +65,24 @@ void Hear(const PlacedSurface& own, const PlacedSurface& witness, double clearan
 }
 
 std::vector<Testimony> HearAll(const std::vector<PlacedSurface>& surfaces, std::size_t own,
-                               const MovingObjectOptions& options) {
+                               const MovingObjectOptions& options,
+                               const ExecutionContext& context) {
   std::vector<Testimony> said(surfaces[own].surface.model.leaves.size());
   for (std::size_t w = 0; w < surfaces.size(); ++w) {
     if (w == own || !surfaces[w].surface.scanner_credible) continue;
+    context.CheckStop();
     Hear(surfaces[own], surfaces[w], options.clearance, &said);
   }
   return said;
+}
+
+/// Width of the second largest extent of what the voxels hold, as if it were spread evenly.
+double WidthOf(const StationModel& model, const std::vector<NeighborSearch::Neighbor>& voxels) {
+  PointCluster all;
+  for (const auto& voxel : voxels) all += model.leaves[voxel.index].cluster;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(all.Covariance(),
+                                                            Eigen::EigenvaluesOnly);
+  return std::sqrt(12.0 * std::max(axes.eigenvalues()[1], 0.0));
 }
 
 /// What can be said of voxels from the testimony on them and on those around them.
@@ -70,9 +98,11 @@ std::vector<Label> LabelByTestimony(const PlacedSurface& own, const std::vector<
         own.index.search.Within(model.leaves[i].cluster.mean, ReachAt(model, i, options.reach));
     const auto suspects = std::count_if(around.begin(), around.end(),
                                         [&](const auto& near) { return is_suspect(near.index); });
-    if (static_cast<double>(suspects) >= options.majority * static_cast<double>(around.size())) {
-      labels[i] = Label::kMoving;
-    }
+    // Beams may pass beside a pole or a wire on both sides.
+    constexpr double kBeamsAcross = 1.5;
+    const bool most =
+        static_cast<double>(suspects) >= options.majority * static_cast<double>(around.size());
+    if (most && WidthOf(model, around) > kBeamsAcross * said[i].beam_m) labels[i] = Label::kMoving;
   }
   return labels;
 }
@@ -134,10 +164,16 @@ class RegionGrowing {
     for (const auto& near : Around(from)) {
       if (labels_[near.index] != Label::kUnknown) continue;
       const double reached = cost + StepCost(from, near);
-      if (reached >= cost_[near.index]) continue;
+      if (reached >= cost_[near.index] || reached > LimitOf(labels_[from])) continue;
       cost_[near.index] = reached;
       queue_.emplace(reached, near.index, labels_[from]);
     }
+  }
+
+  /// What nobody else looked at is not taken far from what was seen through.
+  static double LimitOf(Label label) {
+    constexpr double kFarthest = 1.0;  // m on a smooth surface, 0.05 m around a right angle
+    return label == Label::kMoving ? kFarthest : HUGE_VAL;
   }
 
   double StepCost(std::uint32_t from, const NeighborSearch::Neighbor& to) const {
@@ -186,8 +222,7 @@ std::vector<MovingLeaves> FindMovingLeaves(const std::vector<PlacedSurface>& sur
                                            const ExecutionContext& context) {
   std::vector<MovingLeaves> result(surfaces.size());
   context.ParallelFor(surfaces.size(), [&](std::size_t s) {
-    context.CheckStop();
-    const std::vector<Testimony> said = HearAll(surfaces, s, options);
+    const std::vector<Testimony> said = HearAll(surfaces, s, options, context);
     std::vector<Label> labels = LabelByTestimony(surfaces[s], said, options);
     RegionGrowing(surfaces[s], said, &labels).Run();
     result[s] = Gather(surfaces[s].surface.model, labels);

@@ -27,28 +27,57 @@ octomap::OcTreeKey KeyOf(const octomap::OcTree& map, const Eigen::Vector3d& poin
   return key;
 }
 
+/// Keeps the map within its memory while it grows.
+class MemoryGuard {
+ public:
+  MemoryGuard(const octomap::OcTree& map, const OccupancyMapOptions& options,
+              const ExecutionContext& context)
+      : map_(map), options_(options), context_(context) {}
+
+  /// `crossed` voxels are held beside the map.
+  void Check(std::size_t crossed) const {
+    constexpr std::size_t kKeyBytes = 48;  // of a key in a hash set
+    context_.CheckStop();
+    // The file is a copy of what the map holds.
+    const std::size_t needed = 2 * map_.memoryUsage() + crossed * kKeyBytes;
+    if (needed <= options_.memory_bytes) return;
+    throw InputError({"outputs.map",
+                      fmt::format("resolution_m: {} needs more than {} MB of memory",
+                                  options_.resolution_m, options_.memory_bytes >> 20U),
+                      "a map that fits", "state a coarser resolution_m, or map: none"});
+  }
+
+ private:
+  const octomap::OcTree& map_;
+  const OccupancyMapOptions& options_;
+  const ExecutionContext& context_;
+};
+
 /// The voxels in which the station measured what stands still.
 octomap::KeySet StillVoxels(const octomap::OcTree& map, const PlacedSurface& placed,
-                            const MovingLeaves& moving) {
+                            const MovingLeaves& moving, double scale) {
   octomap::KeySet voxels;
   const auto& leaves = placed.surface.model.leaves;
   for (std::uint32_t i = 0; i < leaves.size(); ++i) {
     if (std::binary_search(moving.leaves.begin(), moving.leaves.end(), i)) continue;
-    voxels.insert(KeyOf(map, placed.frame_from_instrument * leaves[i].cluster.mean));
+    voxels.insert(KeyOf(map, placed.frame_from_instrument * (scale * leaves[i].cluster.mean)));
   }
   return voxels;
 }
 
 /// The voxels that the beams cross from the station to the centres of `ends`.
 octomap::KeySet CrossedVoxels(const octomap::OcTree& map, const Eigen::Vector3d& station,
-                              const octomap::KeySet& ends) {
+                              const octomap::KeySet& ends, const MemoryGuard& guard) {
+  constexpr std::size_t kBeamsAtOnce = 1000;
   const octomap::point3d origin = ToOctomap(station);
   octomap::KeySet crossed;
   octomap::KeyRay ray;
+  std::size_t beams = 0;
   for (const octomap::OcTreeKey& end : ends) {
     if (map.computeRayKeys(origin, map.keyToCoord(end), ray)) {
       crossed.insert(ray.begin(), ray.end());
     }
+    if (++beams % kBeamsAtOnce == 0) guard.Check(crossed.size());
   }
   return crossed;
 }
@@ -56,24 +85,27 @@ octomap::KeySet CrossedVoxels(const octomap::OcTree& map, const Eigen::Vector3d&
 }  // namespace
 
 std::string DrawOccupancyMap(const std::vector<PlacedSurface>& surfaces,
-                             const std::vector<MovingLeaves>& moving, double resolution_m,
-                             const ExecutionContext& context) {
+                             const std::vector<MovingLeaves>& moving,
+                             const OccupancyMapOptions& options, const ExecutionContext& context) {
   constexpr bool kLazy = true;
-  octomap::OcTree map(resolution_m);
-  std::vector<octomap::KeySet> still(surfaces.size());
+  octomap::OcTree map(options.resolution_m);
+  const MemoryGuard guard(map, options, context);
   octomap::KeySet occupied;
   for (std::size_t s = 0; s < surfaces.size(); ++s) {
-    still[s] = StillVoxels(map, surfaces[s], moving[s]);
-    occupied.insert(still[s].begin(), still[s].end());
-    for (const octomap::OcTreeKey& key : still[s]) map.updateNode(key, true, kLazy);
+    for (const auto& key : StillVoxels(map, surfaces[s], moving[s], options.scale)) {
+      occupied.insert(key);
+      map.updateNode(key, true, kLazy);
+    }
+    guard.Check(occupied.size());
   }
   for (std::size_t s = 0; s < surfaces.size(); ++s) {
-    context.CheckStop();
-    const Eigen::Vector3d station = surfaces[s].frame_from_instrument.translation;
     if (!surfaces[s].surface.scanner_credible) continue;
-    for (const octomap::OcTreeKey& key : CrossedVoxels(map, station, still[s])) {
+    const octomap::KeySet ends = StillVoxels(map, surfaces[s], moving[s], options.scale);
+    const Eigen::Vector3d station = surfaces[s].frame_from_instrument.translation;
+    for (const auto& key : CrossedVoxels(map, station, ends, guard)) {
       if (occupied.count(key) == 0) map.updateNode(key, false, kLazy);
     }
+    guard.Check(occupied.size());
   }
   map.updateInnerOccupancy();
   map.prune();

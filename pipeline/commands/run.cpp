@@ -57,9 +57,8 @@ void WriteManifest(const SurveyProject& project, const SurveyOptions& options, c
   manifest.threads = threads;
   manifest.stages = run.times;
   for (const OutputRecord& file : run.record.outputs) {
-    std::error_code error;
-    const std::uintmax_t bytes = fs::file_size(file.path, error);
-    if (!error) manifest.clouds.push_back({file.path, bytes});
+    const std::optional<WrittenCloud> cloud = file.points ? DescribeFile(file.path) : std::nullopt;
+    if (cloud) manifest.clouds.push_back(*cloud);
   }
   WriteTextFile((fs::path(out) / "manifest.json").string(), ManifestJson(manifest));
 }

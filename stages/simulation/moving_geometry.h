@@ -9,8 +9,8 @@
 namespace backsight {
 
 /// Adds the walking people and the passing cars as the scan number `scan` sees them, of materials
-/// marked as moving. They keep clear of the stations, of what stands still and of each other; who
-/// finds no place is left out.
+/// marked as moving. They keep clear of the stations, of buildings, trees, poles and cars, and cars
+/// of each other; who finds no place is left out.
 void AddMovingObjects(const Scene& scene, const GroundModel& ground, std::size_t scan,
                       TriangleMesh& mesh);
 

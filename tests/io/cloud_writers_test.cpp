@@ -146,7 +146,7 @@ TEST(PcdWriter, FollowsTheFormatByteByByte) {
 TEST(CloudWriters, PlyAndPcdKeepTheClassWhereAskedTo) {
   const TempDir dir;
   for (const auto& [name, create] :
-       {std::pair{"a.ply", CreatePlyWriter}, std::pair{"a.pcd", CreatePcdWriter}}) {
+       {std::pair{"a.ply", &CreatePlyWriter}, std::pair{"a.pcd", &CreatePcdWriter}}) {
     for (const bool wanted : {false, true}) {
       CloudWriterSpec spec;
       spec.path = dir / name;

@@ -204,14 +204,16 @@ TEST(RunJson, ReadsTheCloudsOfAManifest) {
     return ReadWrittenClouds(path);
   };
   ManifestRecord manifest;
-  manifest.clouds = {{"out/merged.las", 1234567890123}, {"out/a.e57", 7}};
+  manifest.clouds = {{"out/merged.las", 1234567890123, -42}, {"out/a.e57", 7, 1}};
   const std::vector<WrittenCloud> clouds = read(ManifestJson(manifest));
   ASSERT_EQ(clouds.size(), 2U);
   EXPECT_EQ(clouds[0].path, "out/merged.las");
   EXPECT_EQ(clouds[0].bytes, 1234567890123U);
+  EXPECT_EQ(clouds[0].modified, -42);
   for (const char* damaged :
        {"", "{", "[]", "{\"clouds\": 3}", "{\"clouds\": [1, {\"path\": 2, \"bytes\": 3}]}",
-        "{\"clouds\": [{\"path\": \"a\", \"bytes\": -3}]}", "{\"version\": \"\xff\"}"}) {
+        "{\"clouds\": [{\"path\": \"a\", \"bytes\": -3, \"modified\": 1}]}",
+        "{\"clouds\": [{\"path\": \"a\", \"bytes\": 3}]}", "{\"version\": \"\xff\"}"}) {
     EXPECT_TRUE(read(damaged).empty()) << damaged;
   }
   std::filesystem::remove(path);

@@ -139,6 +139,13 @@ TEST(XyzReader, ColumnsOfTheCommandLine) {
   EXPECT_THAT(error("x,y,z,red"), HasSubstr("'red'"));
 }
 
+TEST(TextColumns, AreNoMoreThanAReaderTakes) {
+  std::string list = "x,y,z";
+  for (std::size_t i = 3; i < kMaxTextColumns; ++i) list += ",skip";
+  EXPECT_EQ(ParseTextColumns(list, "--columns").size(), kMaxTextColumns);
+  EXPECT_THROW(ParseTextColumns(list + ",skip", "--columns"), InputError);
+}
+
 TEST(XyzReader, DropsWhatIsNotFinite) {
   const TempDir dir;
   const auto scan = ReadWhole(dir.File("a.xyz", "nan nan nan\n1 2 inf\n1 2 3\n-inf 0 0\n0 0 0\n"));

@@ -2,6 +2,9 @@
 
 #include <gmock/gmock.h>
 
+#include <chrono>
+#include <filesystem>
+
 #include "io/output_names.h"
 #include "tests/io/scan_files.h"
 
@@ -39,7 +42,7 @@ class StaleCloudsTest : public ::testing::Test {
   /// A file of the earlier run, as its manifest lists it.
   void Earlier(const std::string& name) {
     dir_.File(name, "of " + name);
-    earlier_.push_back({dir_ / name, 3 + name.size()});
+    earlier_.push_back(DescribeFile(dir_ / name).value());
   }
   std::vector<std::string> Clear() {
     return ClearStaleClouds(project_, dir_.path(), earlier_, written_, ExecutionContext());
@@ -65,12 +68,16 @@ TEST_F(StaleCloudsTest, WhatIsNotProvablyOursStaysAndIsNamed) {
   dir_.File("m-1.las", "not listed");
   Earlier("m-2.las");
   dir_.File("m-2.las", "listed, but written anew by someone else");
+  Earlier("m-4.las");
+  dir_.File("m-4.las", "as m-4.las");  // as long as it was
+  std::filesystem::last_write_time(
+      dir_ / "m-4.las", std::filesystem::file_time_type::clock::now() + std::chrono::seconds(5));
   Earlier("m-3.las");
   std::filesystem::rename(dir_ / "m-3.las", dir_ / "kept.las");
   std::filesystem::create_symlink(dir_ / "kept.las", dir_ / "m-3.las");
   const std::vector<std::string> warnings = Clear();
   ASSERT_EQ(warnings.size(), 1U);
-  for (const char* name : {"m-1.las", "m-2.las", "m-3.las"}) {
+  for (const char* name : {"m-1.las", "m-2.las", "m-3.las", "m-4.las"}) {
     EXPECT_THAT(warnings[0], HasSubstr(dir_ / name));
     EXPECT_TRUE(Exists(name)) << name;
   }
@@ -81,7 +88,7 @@ TEST_F(StaleCloudsTest, OtherFilesAreNobodysBusiness) {
     Earlier(name);
   }
   project_.stations[1].scan = dir_.File("m-7.las", "scan");
-  earlier_.push_back({dir_ / "m-7.las", 4});
+  earlier_.push_back(DescribeFile(dir_ / "m-7.las").value());
   EXPECT_THAT(Clear(), IsEmpty());
   for (const char* name : {"m_component2.e57", "m_old.las", "other.las", "m-7.las"}) {
     EXPECT_TRUE(Exists(name)) << name;

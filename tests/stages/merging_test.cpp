@@ -156,9 +156,9 @@ TEST(MergeClouds, WhatMovedStandsForACellOnlyWhereNothingElseDoes) {
   options.thin_m = 1.0;
   options.thinning.path = "moving";
   KeepingWriter writer;
-  MergeClouds({WithMoving(Line(1, 20.0, {3.25, 7.25})), Line(2, 0.0, {23.75})}, options, writer,
-              ExecutionContext{});
-  EXPECT_THAT(writer.chunks[1].x, ElementsAre(27.25));
+  MergeClouds({WithMoving(Line(1, 20.0, {3.25, 7.75, 7.25})), Line(2, 0.0, {23.75})}, options,
+              writer, ExecutionContext{});
+  EXPECT_THAT(writer.chunks[1].x, ElementsAre(27.25));  // the nearest of what moved
   EXPECT_THAT(writer.chunks[2].x, ElementsAre(23.75));
 }
 

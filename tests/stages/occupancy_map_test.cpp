@@ -27,7 +27,8 @@ class OccupancyMap : public ::testing::Test {
     return FindMovingLeaves(campaign_->Placed(), {}, ExecutionContext(2));
   }
   static std::string Draw(const std::vector<MovingLeaves>& moving) {
-    return DrawOccupancyMap(campaign_->Placed(), moving, kResolution, ExecutionContext(2));
+    return DrawOccupancyMap(campaign_->Placed(), moving, {.resolution_m = kResolution},
+                            ExecutionContext(2));
   }
   static std::unique_ptr<octomap::OcTree> Read(const std::string& bytes) {
     std::istringstream stream(bytes);
@@ -93,7 +94,29 @@ TEST_F(OccupancyMap, RefusesAFrameWithItsOriginTooFarAway) {
   std::vector<PlacedSurface> placed = campaign_->Placed();
   for (PlacedSurface& station : placed) station.frame_from_instrument.translation.x() += 6600.0;
   const std::vector<MovingLeaves> none(placed.size());
-  EXPECT_THROW(DrawOccupancyMap(placed, none, kResolution, ExecutionContext()), InputError);
+  EXPECT_THROW(DrawOccupancyMap(placed, none, {.resolution_m = kResolution}, ExecutionContext()),
+               InputError);
+}
+
+TEST_F(OccupancyMap, RefusesToNeedMoreMemoryThanGiven) {
+  const std::vector<MovingLeaves> none(campaign_->stations.size());
+  EXPECT_THROW(DrawOccupancyMap(campaign_->Placed(), none,
+                                {.resolution_m = 0.05, .memory_bytes = std::size_t{8} << 20U},
+                                ExecutionContext()),
+               InputError);
+}
+
+TEST_F(OccupancyMap, ScalesWhatStationsMeasured) {
+  const std::vector<PlacedSurface> placed{campaign_->Placed().front()};
+  const std::vector<MovingLeaves> none(1);
+  const auto map = Read(DrawOccupancyMap(placed, none, {.resolution_m = kResolution, .scale = 2.0},
+                                         ExecutionContext()));
+  const auto& leaves = campaign_->stations[0].model.leaves;
+  for (std::size_t i = 0; i < leaves.size(); i += 20) {
+    const octomap::OcTreeNode* node = NodeAt(*map, InSurvey(0, 2.0 * leaves[i].cluster.mean));
+    ASSERT_NE(node, nullptr);
+    EXPECT_TRUE(map->isNodeOccupied(node));
+  }
 }
 
 }  // namespace

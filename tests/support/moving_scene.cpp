@@ -104,7 +104,7 @@ Scene BusyHall(std::uint64_t seed) {
 
 ScannedCampaign ScanCampaign(const Scene& scene, const ExecutionContext& context) {
   const Campaign campaign = PrepareCampaign(scene);
-  ScannedCampaign scanned;
+  ScannedCampaign scanned{{}, {}, campaign.stations.front().world_from_station, campaign.ground};
   for (std::size_t s = 0; s < campaign.stations.size(); ++s) {
     ScannedStation station;
     station.scan = SimulateStation(campaign, s, context);

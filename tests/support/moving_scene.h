@@ -20,6 +20,8 @@ struct ScannedStation {
 struct ScannedCampaign {
   std::vector<ScannedStation> stations;
   std::vector<RigidTransform> survey_from_station;
+  RigidTransform world_from_survey;
+  GroundModel ground;
 
   /// Refers to this campaign.
   std::vector<PlacedSurface> Placed() const;
