@@ -14,7 +14,9 @@ namespace {
 constexpr std::size_t kMaxColumns = kMaxTextColumns;
 constexpr std::size_t kSampleLines = 2000;
 
-bool IsComment(std::string_view line) { return line.starts_with('#') || line.starts_with("//"); }
+bool HasCommentMark(std::string_view line) {
+  return line.starts_with('#') || line.starts_with("//");
+}
 
 char SeparatorOf(std::string_view line) {
   if (line.find(';') != std::string_view::npos) return ';';
@@ -36,6 +38,20 @@ std::vector<std::string> NamesOf(std::string_view line) {
 }
 
 }  // namespace
+
+/// A label in a skipped first column may begin like a comment: a line that holds what the columns
+/// say is a record all the same.
+bool XyzRecords::IsComment(std::string_view line) const {
+  if (!HasCommentMark(line)) return false;
+  if (!IsSkipped(0)) return true;
+  std::vector<std::string_view> words(kMaxColumns);
+  const std::size_t count = SplitFields(line, SeparatorOf(line), words);
+  if (count != given_.size()) return true;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!IsSkipped(i) && !ParseNumber(words[i])) return true;
+  }
+  return false;
+}
 
 /// Header lines start with a name; a damaged number does not make a line a header. Columns to skip
 /// may hold names on every line, so that the first of the others decides.

@@ -43,6 +43,7 @@ class XyzRecords {
   bool IsSkipped(std::size_t column) const {
     return !given_.empty() && given_[column] == TextColumn::kSkip;
   }
+  bool IsComment(std::string_view line) const;
   bool LooksLikeNames(std::string_view line) const;
   void RequireCount(std::size_t count, std::string_view line) const;
   double Number(std::string_view word) const;

@@ -111,6 +111,15 @@ TEST(XyzReader, SkippedColumnsMayHoldAnything) {
   }
 }
 
+TEST(XyzReader, ALabelIsNoComment) {
+  using enum TextColumn;
+  const TempDir dir;
+  const TextColumns columns{kSkip, kX, kY, kZ};
+  const auto scan = ReadWhole(
+      dir.File("a.xyz", "# 1 by hand\n#1 1 2 3\n//2 4 5 6\n# x y z\nP3 7 8 9\n"), 0, columns);
+  EXPECT_EQ(scan.points.x, (std::vector<double>{1, 4, 7}));
+}
+
 TEST(XyzReader, GivenColumnsMustFit) {
   using enum TextColumn;
   const TempDir dir;
