@@ -24,6 +24,20 @@ std::string YardScene() {
          "\ncrs: {horizontal: EPSG:25832, origin: [690000, 5336000, 520], heading_deg: 9}\n";
 }
 
+/// Simulates the yard and runs it with these outputs.
+void RunYard(const ScratchFolder& folder, const std::string& outputs) {
+  WriteBytes(folder / "scene.yaml", YardScene());
+  ASSERT_EQ(RunProgram(fmt::format("simulate '{}' '{}'", folder / "scene.yaml", folder / "yard"))
+                .exit_code,
+            0);
+  std::string project = ReadBytes(folder / "yard/yard.yaml");
+  const std::size_t merged = project.find("  merged:");
+  project.replace(merged, project.find('\n', merged) - merged, outputs);
+  WriteBytes(folder / "yard/yard.yaml", project);
+  const ProgramRun run = RunProgram(fmt::format("run '{}' --quiet", folder / "yard/yard.yaml"));
+  ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
+}
+
 /// How many points of `scan` follow in the same order, bit by bit, among those of `source`.
 std::size_t CountInOrder(const PointChunk& scan, const PointChunk& source) {
   std::size_t found = 0;
@@ -43,18 +57,9 @@ RigidTransform EnuFromStation(const CsvTable& table, const CsvTable::Row& row) {
 
 TEST(CloudOutputs, StationsAreDeliveredAsE57WithTheirPoses) {
   const ScratchFolder folder;
-  WriteBytes(folder / "scene.yaml", YardScene());
-  ASSERT_EQ(RunProgram(fmt::format("simulate '{}' '{}'", folder / "scene.yaml", folder / "yard"))
-                .exit_code,
-            0);
-  std::string project = ReadBytes(folder / "yard/yard.yaml");
-  const std::size_t merged = project.find("  merged:");
-  project.replace(merged, project.find('\n', merged) - merged,
-                  "  merged: [{format: e57, path: out/all.e57, thin_m: 0.05}]\n"
-                  "  stations: {format: e57, path: out/registered/}");
-  WriteBytes(folder / "yard/yard.yaml", project);
-  const ProgramRun run = RunProgram(fmt::format("run '{}' --quiet", folder / "yard/yard.yaml"));
-  ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
+  ASSERT_NO_FATAL_FAILURE(RunYard(folder,
+                                  "  merged: [{format: e57, path: out/all.e57, thin_m: 0.05}]\n"
+                                  "  stations: {format: e57, path: out/registered/}"));
 
   const std::string report = ReadBytes(folder / "yard/out/report.json");
   EXPECT_THAT(report, HasSubstr("out/all.e57"));
@@ -97,19 +102,11 @@ std::map<int, std::uint64_t> CountClasses(const std::string& path) {
 
 TEST(CloudOutputs, WhatMovedIsMarkedCountedOrLeftOut) {
   const ScratchFolder folder;
-  WriteBytes(folder / "scene.yaml", YardScene());
-  ASSERT_EQ(RunProgram(fmt::format("simulate '{}' '{}'", folder / "scene.yaml", folder / "yard"))
-                .exit_code,
-            0);
-  std::string project = ReadBytes(folder / "yard/yard.yaml");
-  const std::size_t merged = project.find("  merged:");
-  project.replace(merged, project.find('\n', merged) - merged,
-                  "  merged: [{format: las, path: out/all.las}, {format: las, path: "
-                  "out/still.las, moving: remove}]\n"
-                  "  map: {path: out/yard.ot, resolution_m: 0.25}");
-  WriteBytes(folder / "yard/yard.yaml", project);
-  const ProgramRun run = RunProgram(fmt::format("run '{}' --quiet", folder / "yard/yard.yaml"));
-  ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
+  ASSERT_NO_FATAL_FAILURE(
+      RunYard(folder,
+              "  merged: [{format: las, path: out/all.las}, {format: las, path: "
+              "out/still.las, moving: remove}]\n"
+              "  map: {path: out/yard.ot, resolution_m: 0.25}"));
 
   const auto report = nlohmann::json::parse(ReadBytes(folder / "yard/out/report.json"));
   std::uint64_t moving = 0;
