@@ -68,7 +68,7 @@ std::vector<std::uint8_t> ReadClasses(const std::string& path) {
 TEST(MovingPoints, PeopleAndCarsAreMarkedInTheMergedCloud) {
   const fs::path root = fs::path(::testing::TempDir()) / "moving_points";
   fs::remove_all(root);
-  fs::create_directories(root);
+  fs::create_directories(root / "out");
   std::ofstream(root / "scene.yaml") << kCrossing;
   SimulateCampaign((root / "scene.yaml").string(), root.string(), ExecutionContext(2));
   SurveyOptions options;
