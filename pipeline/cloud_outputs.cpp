@@ -24,13 +24,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool IsPlaced(const CloudSource& source, std::size_t s) {
+bool IsPlaced(const OutputSource& source, std::size_t s) {
   return source.stations[s].usable() && source.network.component[s] >= 0;
 }
 
 /// The stations in the frame of the control where there is one, otherwise in the survey frame.
 std::vector<MergeStation> MergeStationsOf(const std::vector<int>& stations,
-                                          const CloudSource& source) {
+                                          const OutputSource& source) {
   std::vector<MergeStation> members;
   for (const int index : stations) {
     const auto s = static_cast<std::size_t>(index);
@@ -50,11 +50,10 @@ std::vector<MergeStation> MergeStationsOf(const std::vector<int>& stations,
     member.open = [spec = station.spec] {
       return OpenScan(spec.scan, spec.scan_index, spec.columns);
     };
-    member.cos_incidence = [incidence = SurfaceIncidence({station.model, station.features.normals,
-                                                          station.features.scanner_credible})](
-                               const Eigen::Vector3d& point) mutable {
-      return incidence.CosAt(point);
-    };
+    member.cos_incidence =
+        [incidence = SurfaceIncidence(station.surface())](const Eigen::Vector3d& point) mutable {
+          return incidence.CosAt(point);
+        };
     member.is_moving = IsMovingFunction(station, source.moving.Of(s));
     members.push_back(std::move(member));
   }
@@ -117,7 +116,7 @@ std::vector<WrittenFile> WriteFlat(const CloudOutput& output, const std::string&
 
 /// Points in their stations' frames, with the stations' poses.
 std::vector<WrittenFile> WriteE57(const CloudOutput& output, const std::vector<int>& stations,
-                                  const CloudSource& source, const GeodeticFrame* frame,
+                                  const OutputSource& source, const GeodeticFrame* frame,
                                   MergeOptions merge, const ExecutionContext& context) {
   merge.in_station_frames = true;
   const std::map<int, E57ScanSpec> scans = E57ScansOf(stations, source);
@@ -128,7 +127,7 @@ std::vector<WrittenFile> WriteE57(const CloudOutput& output, const std::vector<i
 
 /// Writes the stations, all of one component, as one cloud to output.path.
 void WriteCloud(const CloudOutput& output, const std::vector<int>& stations,
-                const CloudSource& source, const ExecutionContext& context, CloudFiles* written) {
+                const OutputSource& source, const ExecutionContext& context, OutputFiles* written) {
   const GeoreferencedNetwork& ground = source.ground;
   const auto component = static_cast<std::size_t>(
       source.network.component[static_cast<std::size_t>(stations.front())]);
@@ -161,8 +160,8 @@ void WriteCloud(const CloudOutput& output, const std::vector<int>& stations,
   }
 }
 
-void WriteMergedClouds(const std::vector<CloudOutput>& wanted, const CloudSource& source,
-                       const ExecutionContext& context, CloudFiles* written) {
+void WriteMergedClouds(const std::vector<CloudOutput>& wanted, const OutputSource& source,
+                       const ExecutionContext& context, OutputFiles* written) {
   std::map<int, std::vector<int>> components;
   for (std::size_t s = 0; s < source.stations.size(); ++s) {
     if (IsPlaced(source, s)) components[source.network.component[s]].push_back(static_cast<int>(s));
@@ -176,8 +175,8 @@ void WriteMergedClouds(const std::vector<CloudOutput>& wanted, const CloudSource
   }
 }
 
-void WriteStationClouds(const CloudOutput& wanted, const CloudSource& source,
-                        const ExecutionContext& context, CloudFiles* written) {
+void WriteStationClouds(const CloudOutput& wanted, const OutputSource& source,
+                        const ExecutionContext& context, OutputFiles* written) {
   std::string left_out;
   for (std::size_t s = 0; s < source.stations.size(); ++s) {
     const std::string& id = source.stations[s].spec.id;
@@ -196,9 +195,9 @@ void WriteStationClouds(const CloudOutput& wanted, const CloudSource& source,
 
 }  // namespace
 
-CloudFiles WriteClouds(const SurveyProject& project, const CloudSource& source,
-                       const std::string& out_directory, const ExecutionContext& context) {
-  CloudFiles written;
+OutputFiles WriteClouds(const SurveyProject& project, const OutputSource& source,
+                        const std::string& out_directory, const ExecutionContext& context) {
+  OutputFiles written;
   WriteMergedClouds(MergedOutputs(project, out_directory), source, context, &written);
   if (project.outputs.stations) {
     WriteStationClouds(*project.outputs.stations, source, context, &written);

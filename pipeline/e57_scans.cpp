@@ -39,7 +39,8 @@ std::string DerivedGuid(const Station& station) {
 
 }  // namespace
 
-std::map<int, E57ScanSpec> E57ScansOf(const std::vector<int>& stations, const CloudSource& source) {
+std::map<int, E57ScanSpec> E57ScansOf(const std::vector<int>& stations,
+                                      const OutputSource& source) {
   std::map<int, E57ScanSpec> scans;
   std::set<std::string> guids;
   for (const int index : stations) {

@@ -6,7 +6,7 @@
 
 #include "io/e57/e57_writer.h"
 #include "io/survey_project.h"
-#include "pipeline/cloud_outputs.h"
+#include "pipeline/output_source.h"
 
 namespace backsight {
 
@@ -15,7 +15,7 @@ namespace backsight {
 /// otherwise. GUID and name are those of the scan that was read; where it had none, or another scan
 /// of this file has the same GUID, the GUID follows from station id and points, and the name is the
 /// id.
-std::map<int, E57ScanSpec> E57ScansOf(const std::vector<int>& stations, const CloudSource& source);
+std::map<int, E57ScanSpec> E57ScansOf(const std::vector<int>& stations, const OutputSource& source);
 
 /// The file with these scans, all of one component, which are what `output` selects of them.
 E57FileSpec E57FileOf(const CloudOutput& output, const std::map<int, E57ScanSpec>& scans,

@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "io/atomic_file.h"
 #include "io/output_names.h"
+#include "pipeline/output_files.h"
 #include "pipeline/run_outputs.h"
 #include "stages/occupancy_map.h"
 
@@ -15,18 +16,18 @@ namespace backsight {
 namespace {
 
 /// Float coordinates hold neither a CRS nor a local grid far from its origin.
-bool IsInEnu(int component, const MapSource& source) {
+bool IsInEnu(int component, const OutputSource& source) {
   const auto part = static_cast<std::size_t>(component);
   return source.ground.frame && source.ground.parts[part].placed();
 }
 
-std::string Draw(int component, const MapSource& source, double resolution_m,
+std::string Draw(int component, const OutputSource& source, double resolution_m,
                  const ExecutionContext& context) {
   const bool in_enu = IsInEnu(component, source);
   std::vector<PlacedSurface> placed;
   std::vector<MovingLeaves> left_out;
-  for (std::size_t s = 0; s < source.stations.size(); ++s) {
-    if (source.network.component[s] != component) continue;
+  for (const int member : source.network.parts[static_cast<std::size_t>(component)].stations) {
+    const auto s = static_cast<std::size_t>(member);
     const RigidTransform& pose =
         in_enu ? source.ground.enu_from_station[s].value() : source.network.survey_from_station[s];
     placed.push_back(Place(source.stations[s], pose));
@@ -39,14 +40,14 @@ std::string Draw(int component, const MapSource& source, double resolution_m,
 }
 
 /// Maps that lie where this run could have written some, but did not.
-void NameStaleMaps(const std::string& path, std::size_t stations, MapFiles* written) {
+void NameStaleMaps(const std::string& path, std::size_t stations, OutputFiles* written) {
   for (int component = 0; component < MostComponents(stations); ++component) {
     const std::string file = ComponentPath(path, component);
     std::error_code error;
     const bool is_new = std::any_of(written->files.begin(), written->files.end(),
                                     [&](const OutputRecord& map) { return map.path == file; });
     if (is_new || !std::filesystem::exists(file, error)) continue;
-    written->warnings.push_back("not written by this run, and nothing of its result: " + file);
+    written->warnings.push_back(StaleWarning(file));
   }
 }
 
@@ -58,8 +59,9 @@ MapOutput WantedMap(const SurveyProject& project, const std::string& out_directo
   return project.outputs.map.value_or(usual);
 }
 
-MapFiles WriteMaps(const MapOutput& map, const MapSource& source, const ExecutionContext& context) {
-  MapFiles written;
+OutputFiles WriteMaps(const MapOutput& map, const OutputSource& source,
+                      const ExecutionContext& context) {
+  OutputFiles written;
   if (map.path.empty()) return written;
   MakeDirectories(std::filesystem::path(map.path).parent_path().string());
   const std::size_t components = source.network.parts.size();

@@ -1,29 +1,12 @@
 #pragma once
 
 #include <string>
-#include <vector>
 
 #include "core/execution.h"
-#include "io/run_records.h"
 #include "io/survey_project.h"
-#include "pipeline/georeference_network.h"
-#include "pipeline/moving_points.h"
-#include "pipeline/network_pipeline.h"
+#include "pipeline/output_source.h"
 
 namespace backsight {
-
-/// What occupancy maps are drawn from.
-struct MapSource {
-  const std::vector<Station>& stations;
-  const Network& network;
-  const GeoreferencedNetwork& ground;
-  const MovingPoints& moving;
-};
-
-struct MapFiles {
-  std::vector<OutputRecord> files;
-  std::vector<std::string> warnings;
-};
 
 /// The map a run draws: the project's, where it does not say map.ot in `out_directory`.
 MapOutput WantedMap(const SurveyProject& project, const std::string& out_directory);
@@ -33,6 +16,7 @@ MapOutput WantedMap(const SurveyProject& project, const std::string& out_directo
 /// the component in one, otherwise in the survey frame of the component. Nothing where `map`.path
 /// is empty. A map that cannot hold its component is left out with a warning; so are files named
 /// that an earlier run left under these names.
-MapFiles WriteMaps(const MapOutput& map, const MapSource& source, const ExecutionContext& context);
+OutputFiles WriteMaps(const MapOutput& map, const OutputSource& source,
+                      const ExecutionContext& context);
 
 }  // namespace backsight

@@ -4,21 +4,9 @@
 #include <unordered_set>
 
 namespace backsight {
-namespace {
-
-std::vector<std::size_t> Members(int component, const Network& network) {
-  std::vector<std::size_t> members;
-  for (std::size_t s = 0; s < network.component.size(); ++s) {
-    if (network.component[s] == component) members.push_back(s);
-  }
-  return members;
-}
-
-}  // namespace
 
 PlacedSurface Place(const Station& station, const RigidTransform& frame_from_station) {
-  return {{station.model, station.features.normals, station.features.scanner_credible},
-          *station.index,
+  return {station.surface(), *station.index,
           frame_from_station * station.model.StationFromInstrument()};
 }
 
@@ -26,17 +14,18 @@ MovingPoints FindMovingPoints(const std::vector<Station>& stations, const Networ
                               const MovingObjectOptions& options, const ExecutionContext& context) {
   MovingPoints moving;
   moving.stations.resize(stations.size());
-  for (int component = 0; component < static_cast<int>(network.parts.size()); ++component) {
-    const std::vector<std::size_t> members = Members(component, network);
-    context.Progress("moving objects", static_cast<std::size_t>(component), network.parts.size());
+  for (std::size_t part = 0; part < network.parts.size(); ++part) {
+    context.Progress("moving objects", part, network.parts.size());
+    const std::vector<int>& members = network.parts[part].stations;
     std::vector<PlacedSurface> placed;
     placed.reserve(members.size());
-    for (const std::size_t s : members) {
+    for (const int member : members) {
+      const auto s = static_cast<std::size_t>(member);
       placed.push_back(Place(stations[s], network.survey_from_station[s]));
     }
     std::vector<MovingLeaves> found = FindMovingLeaves(placed, options, context);
     for (std::size_t k = 0; k < members.size(); ++k) {
-      moving.stations[members[k]] = std::move(found[k]);
+      moving.stations[static_cast<std::size_t>(members[k])] = std::move(found[k]);
     }
   }
   return moving;

@@ -219,8 +219,7 @@ Network BuildNetwork(const std::vector<Station>& stations, const std::vector<Pai
   std::vector<Surface> surfaces;
   surfaces.reserve(stations.size());
   for (const Station& station : stations) {
-    surfaces.push_back(
-        {station.model, station.features.normals, station.features.scanner_credible});
+    surfaces.push_back(station.surface());
   }
   do {
     context.CheckStop();

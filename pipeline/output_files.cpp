@@ -109,6 +109,10 @@ std::optional<WrittenCloud> DescribeFile(const std::string& path) {
   return WrittenCloud{absolute.string(), bytes, modified.time_since_epoch().count()};
 }
 
+std::string StaleWarning(const std::string& files) {
+  return "not written by this run, and nothing of its result: " + files;
+}
+
 std::string UsualOutDirectory(const std::string& project_path) {
   return (fs::path(project_path).parent_path() / "out").string();
 }
@@ -157,7 +161,7 @@ std::vector<std::string> ClearStaleClouds(const SurveyProject& project,
                     stale.removed());
   }
   if (stale.left().empty()) return {};
-  const std::string warning = "not written by this run, and nothing of its result: " + stale.left();
+  const std::string warning = StaleWarning(stale.left());
   context.Warning(warning);
   return {warning};
 }

@@ -25,6 +25,9 @@ std::optional<WrittenCloud> DescribeFile(const std::string& path);
 /// station; names that the project file gives are looked at when it is read.
 void RequireFreeNames(const SurveyProject& project, const std::string& out_directory);
 
+/// What the report says of `files` that an earlier run left under names of this one.
+std::string StaleWarning(const std::string& files);
+
 /// Looks for clouds of earlier runs that could be taken for parts of this one: names that the
 /// merged outputs may have (components, numbered parts) and station clouds, but not in `written`.
 /// Where this run wrote the same output under other names, those that are provably of an earlier

@@ -29,8 +29,8 @@ std::optional<double> LevelSigma(const StationSpec& a, const StationSpec& b) {
 /// Both stations of a pair as the stages want them.
 struct PairClouds {
   PairClouds(const Station& s, const Station& t)
-      : source{s.model, s.features.normals, s.features.scanner_credible},
-        target{t.model, t.features.normals, t.features.scanner_credible},
+      : source(s.surface()),
+        target(t.surface()),
         source_index(*s.index),
         target_index(*t.index),
         level_sigma_rad(LevelSigma(s.spec, t.spec)) {}

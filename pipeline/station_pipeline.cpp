@@ -66,9 +66,7 @@ void LoadStation(const SurveyOptions& options, const ExecutionContext& context, 
   station->features = ComputeFeatures(station->model, options.features, context);
   station->record.keypoints = station->features.keypoints.size();
   station->index = std::make_shared<const CloudIndex>(station->model);
-  const Surface surface{station->model, station->features.normals,
-                        station->features.scanner_credible};
-  station->symmetries = FindSymmetries(surface, station->features, *station->index,
+  station->symmetries = FindSymmetries(station->surface(), station->features, *station->index,
                                        options.matching, options.coarse, context);
   if (!station->features.scanner_credible) {
     station->record.notes.push_back(

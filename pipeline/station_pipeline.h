@@ -11,6 +11,7 @@
 #include "pipeline/survey_options.h"
 #include "stages/cloud_agreement.h"
 #include "stages/station_model.h"
+#include "stages/surface.h"
 
 namespace backsight {
 
@@ -28,6 +29,7 @@ struct Station {
   std::string content_fingerprint;  ///< of the voxel clusters
 
   bool usable() const { return fault.empty(); }
+  Surface surface() const { return {model, features.normals, features.scanner_credible}; }
 };
 
 /// Reads and describes all stations, side by side. A station whose scan equals an earlier station's

@@ -65,13 +65,12 @@ SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
   clock.Finish("report");
   const std::vector<WrittenCloud> earlier =
       ReadWrittenClouds((std::filesystem::path(out_directory) / "manifest.json").string());
-  const CloudFiles clouds = WriteClouds(
-      project, {options.ingest, stations, network, ground, moving}, out_directory, context);
+  const OutputSource source{options.ingest, stations, network, ground, moving};
+  const OutputFiles clouds = WriteClouds(project, source, out_directory, context);
   const std::vector<std::string> stale =
       ClearStaleClouds(project, out_directory, earlier, clouds.files, context);
   clock.Finish("merge");
-  const MapFiles maps =
-      WriteMaps(WantedMap(project, out_directory), {stations, network, ground, moving}, context);
+  const OutputFiles maps = WriteMaps(WantedMap(project, out_directory), source, context);
   clock.Finish("map");
 
   std::vector<OutputRecord> files = clouds.files;

@@ -36,7 +36,7 @@ double FarthestRange(const StationModel& model) {
   return std::sqrt(farthest);
 }
 
-void Hear(const PlacedSurface& own, const PlacedSurface& witness, double clearance,
+void Hear(const PlacedSurface& own, const PlacedSurface& witness, double reach_m, double clearance,
           std::vector<Testimony>* said) {
   // Things that move are small: they are not slanted over a whole window of pixels.
   const SightTolerance tolerance{.voxels = clearance, .pixels = 0.5};
@@ -45,11 +45,10 @@ void Hear(const PlacedSurface& own, const PlacedSurface& witness, double clearan
   const Eigen::Matrix3f rotation = witness_from_own.rotation.cast<float>();
   const StationModel& viewer = witness.surface.model;
   const double clearance_m = clearance * viewer.resolution_m();
-  const double reach = FarthestRange(viewer);
   for (std::size_t i = 0; i < said->size(); ++i) {
     const Eigen::Vector3d point = witness_from_own * own.surface.model.leaves[i].cluster.mean;
     const double range = point.norm();
-    if (range > reach) continue;
+    if (range > reach_m) continue;
     const Sight sight = LookAt(viewer, point, rotation * own.surface.normals[i], tolerance);
     Testimony& testimony = (*said)[i];
     if (sight == Sight::kSeenThrough) {
@@ -65,13 +64,14 @@ void Hear(const PlacedSurface& own, const PlacedSurface& witness, double clearan
 }
 
 std::vector<Testimony> HearAll(const std::vector<PlacedSurface>& surfaces, std::size_t own,
+                               const std::vector<double>& reach_m,
                                const MovingObjectOptions& options,
                                const ExecutionContext& context) {
   std::vector<Testimony> said(surfaces[own].surface.model.leaves.size());
   for (std::size_t w = 0; w < surfaces.size(); ++w) {
     if (w == own || !surfaces[w].surface.scanner_credible) continue;
     context.CheckStop();
-    Hear(surfaces[own], surfaces[w], options.clearance, &said);
+    Hear(surfaces[own], surfaces[w], reach_m[w], options.clearance, &said);
   }
   return said;
 }
@@ -221,8 +221,13 @@ std::vector<MovingLeaves> FindMovingLeaves(const std::vector<PlacedSurface>& sur
                                            const MovingObjectOptions& options,
                                            const ExecutionContext& context) {
   std::vector<MovingLeaves> result(surfaces.size());
+  std::vector<double> reach_m;
+  reach_m.reserve(surfaces.size());
+  for (const PlacedSurface& placed : surfaces) {
+    reach_m.push_back(FarthestRange(placed.surface.model));
+  }
   context.ParallelFor(surfaces.size(), [&](std::size_t s) {
-    const std::vector<Testimony> said = HearAll(surfaces, s, options, context);
+    const std::vector<Testimony> said = HearAll(surfaces, s, reach_m, options, context);
     std::vector<Label> labels = LabelByTestimony(surfaces[s], said, options);
     RegionGrowing(surfaces[s], said, &labels).Run();
     result[s] = Gather(surfaces[s].surface.model, labels);

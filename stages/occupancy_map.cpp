@@ -90,22 +90,22 @@ std::string DrawOccupancyMap(const std::vector<PlacedSurface>& surfaces,
   constexpr bool kLazy = true;
   octomap::OcTree map(options.resolution_m);
   const MemoryGuard guard(map, options, context);
-  octomap::KeySet occupied;
   for (std::size_t s = 0; s < surfaces.size(); ++s) {
     for (const auto& key : StillVoxels(map, surfaces[s], moving[s], options.scale)) {
-      occupied.insert(key);
       map.updateNode(key, true, kLazy);
     }
-    guard.Check(occupied.size());
+    guard.Check(0);
   }
   for (std::size_t s = 0; s < surfaces.size(); ++s) {
     if (!surfaces[s].surface.scanner_credible) continue;
     const octomap::KeySet ends = StillVoxels(map, surfaces[s], moving[s], options.scale);
     const Eigen::Vector3d station = surfaces[s].frame_from_instrument.translation;
     for (const auto& key : CrossedVoxels(map, station, ends, guard)) {
-      if (occupied.count(key) == 0) map.updateNode(key, false, kLazy);
+      const octomap::OcTreeNode* node = map.search(key);
+      const bool is_occupied = node != nullptr && map.isNodeOccupied(node);
+      if (!is_occupied) map.updateNode(key, false, kLazy);
     }
-    guard.Check(occupied.size());
+    guard.Check(0);
   }
   map.updateInnerOccupancy();
   map.prune();

@@ -82,7 +82,7 @@ class CloudOutputsTest : public ::testing::Test {
     }
   }
 
-  CloudFiles Write(std::vector<CloudOutput> merged, std::optional<CloudFormat> each) {
+  OutputFiles Write(std::vector<CloudOutput> merged, std::optional<CloudFormat> each) {
     SurveyProject project;
     project.outputs.merged = std::move(merged);
     if (each) {
@@ -126,7 +126,7 @@ void ExpectSamePose(const ScanInfo& info, const RigidTransform& pose) {
 }
 
 TEST_F(CloudOutputsTest, StationE57HasItsScanAndThePose) {
-  const CloudFiles written = Write({}, CloudFormat::kE57);
+  const OutputFiles written = Write({}, CloudFormat::kE57);
   ASSERT_EQ(written.files.size(), 2U);
   EXPECT_EQ(written.files[1].path, dir_ / "out/each/B.e57");
   EXPECT_EQ(written.files[1].format, "E57");
@@ -152,7 +152,7 @@ TEST_F(CloudOutputsTest, StationE57HasItsScanAndThePose) {
 
 TEST_F(CloudOutputsTest, GeoreferencedE57StatesItsTopocentricFrame) {
   TieToUtm();
-  const CloudFiles written = Write({}, CloudFormat::kE57);
+  const OutputFiles written = Write({}, CloudFormat::kE57);
   const auto scan = ReadWhole(written.files.at(0).path);
   ExpectSamePose(scan.info, *ground_.enu_from_station[0]);
   ExpectSamePoints(scan.points, points_[0]);
@@ -163,7 +163,7 @@ TEST_F(CloudOutputsTest, GeoreferencedE57StatesItsTopocentricFrame) {
 
 TEST_F(CloudOutputsTest, MergedE57HoldsEveryPlacedStation) {
   stations_[1].info.guid = "{A-GUID}";  // as careless copies of a file have it
-  const CloudFiles written = Write({Merged(CloudFormat::kE57, "all.e57")}, std::nullopt);
+  const OutputFiles written = Write({Merged(CloudFormat::kE57, "all.e57")}, std::nullopt);
   ASSERT_EQ(written.files.size(), 1U);
   EXPECT_THAT(written.warnings, IsEmpty());
   EXPECT_EQ(written.files[0].points, points_[0].size() + points_[1].size());
@@ -185,7 +185,7 @@ TEST_F(CloudOutputsTest, MergedE57IsThinnedAndCroppedLikeOtherClouds) {
     output.thin_m = 2.0;
     output.crop = CropBox{{-10.0, -20.0, -5.0}, {15.0, 20.0, 25.0}};
   }
-  const CloudFiles written = Write(outputs, std::nullopt);
+  const OutputFiles written = Write(outputs, std::nullopt);
   const auto flat = ReadWhole(written.files.at(1).path);
   EXPECT_LT(flat.points.size(), points_[0].size());
   std::size_t at = 0;
@@ -240,7 +240,7 @@ TEST_F(CloudOutputsTest, ThinningPrefersTheStationThatFacesTheSurface) {
 TEST_F(CloudOutputsTest, StationCloudsOfOtherFormatsAreInOutputCoordinates) {
   TieToUtm();
   for (const CloudFormat format : {CloudFormat::kLas, CloudFormat::kPly, CloudFormat::kPcd}) {
-    const CloudFiles written = Write({}, format);
+    const OutputFiles written = Write({}, format);
     ASSERT_EQ(written.files.size(), 2U);
     const auto scan = ReadWhole(written.files[1].path);
     ASSERT_EQ(scan.points.size(), points_[1].size());
@@ -261,7 +261,7 @@ TEST_F(CloudOutputsTest, TextScansAreReadByTheirColumns) {
   station.spec.scan = dir_.File("A.xyz", "3 2 1 7\n6 5 4 7\n");
   station.spec.columns = {TextColumn::kZ, TextColumn::kY, TextColumn::kX, TextColumn::kSkip};
   station.info = OpenScan(station.spec.scan, 0, station.spec.columns)->info();
-  const CloudFiles written = Write({}, CloudFormat::kE57);
+  const OutputFiles written = Write({}, CloudFormat::kE57);
   const auto scan = ReadWhole(written.files.at(0).path);
   EXPECT_EQ(scan.points.x, (std::vector<double>{1, 4}));
   EXPECT_EQ(scan.points.z, (std::vector<double>{3, 6}));
@@ -272,7 +272,7 @@ TEST_F(CloudOutputsTest, ACropBoxBesideTheCloudIsNoticed) {
   for (const CloudFormat format : {CloudFormat::kLas, CloudFormat::kE57}) {
     CloudOutput output = Merged(format, format == CloudFormat::kLas ? "a.las" : "a.e57");
     output.crop = CropBox{{5000.0, 0.0, 0.0}, {5001.0, 1.0, 1.0}};
-    const CloudFiles written = Write({output}, std::nullopt);
+    const OutputFiles written = Write({output}, std::nullopt);
     EXPECT_EQ(written.files.at(0).points, 0U);
     EXPECT_THAT(written.warnings, ElementsAre(HasSubstr("no point is left")));
   }

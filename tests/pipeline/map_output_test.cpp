@@ -31,13 +31,13 @@ class MapOutputTest : public ::testing::Test {
     }
     network_.survey_from_station = campaign.survey_from_station;
     network_.component.assign(stations_.size(), 0);
-    network_.parts.resize(1);
+    network_.parts.emplace_back().stations = {0, 1, 2, 3};
     ground_.enu_from_station.resize(stations_.size());
     map_.path = dir_ / "map.ot";
   }
 
-  MapFiles Write() {
-    return WriteMaps(map_, {stations_, network_, ground_, moving_}, ExecutionContext());
+  OutputFiles Write() {
+    return WriteMaps(map_, {ingest_, stations_, network_, ground_, moving_}, ExecutionContext());
   }
 
   void TieToUtm(const Eigen::Vector3d& shift) {
@@ -66,6 +66,7 @@ class MapOutputTest : public ::testing::Test {
   }
 
   TempDir dir_;
+  IngestOptions ingest_;
   std::vector<Station> stations_;
   Network network_;
   GeoreferencedNetwork ground_;
@@ -76,7 +77,7 @@ class MapOutputTest : public ::testing::Test {
 TEST_F(MapOutputTest, IsInTheSurveyFrameWithoutControlInACrs) {
   ground_.enu_from_station.assign(stations_.size(),
                                   RigidTransform{Eigen::Matrix3d::Identity(), {7e5, 5e6, 0.0}});
-  const MapFiles written = Write();
+  const OutputFiles written = Write();
   ASSERT_EQ(written.files.size(), 1U);
   EXPECT_EQ(written.files[0].path, map_.path);
   EXPECT_FALSE(written.files[0].points);
@@ -94,7 +95,7 @@ TEST_F(MapOutputTest, IsInTheTopocentricFrameOfACrs) {
 TEST_F(MapOutputTest, WhatDoesNotFitIsLeftOutAndAnOlderMapNamed) {
   dir_.File("map.ot", "of an earlier run");
   TieToUtm({9000.0, 0.0, 0.0});
-  const MapFiles written = Write();
+  const OutputFiles written = Write();
   EXPECT_THAT(written.files, IsEmpty());
   EXPECT_THAT(written.warnings,
               ElementsAre(HasSubstr("was not written"), HasSubstr("not written by this run")));
