@@ -3,6 +3,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace backsight {
 
@@ -23,6 +24,17 @@ class InputError : public std::runtime_error {
 
  private:
   Details details_;
+};
+
+/// Results cannot be written: the disk is full, or the place refuses it. Whatever was being
+/// computed is not at fault, so the run stops; what is finished is kept.
+class StorageFailure : public InputError {
+ public:
+  StorageFailure(Details details, bool full) : InputError(std::move(details)), full_(full) {}
+  bool full() const { return full_; }  ///< there is no space left
+
+ private:
+  bool full_;
 };
 
 /// The user or the system asked the run to stop; carries no fault.

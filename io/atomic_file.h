@@ -11,8 +11,8 @@ namespace backsight {
 
 /// A file that appears under its name whole or not at all: written to a temporary file beside the
 /// target, which takes the target's place in Commit(). Destroyed before that, it removes the
-/// temporary file and leaves an older target untouched. All functions throw InputError with the
-/// system's reason (unwritable place, full disk).
+/// temporary file and leaves an older target untouched. All functions throw StorageFailure with
+/// the system's reason (unwritable place, full disk).
 class AtomicFile {
  public:
   explicit AtomicFile(std::string path);

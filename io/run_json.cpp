@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <map>
@@ -320,6 +321,17 @@ std::vector<WrittenCloud> ReadWrittenClouds(const std::string& manifest_path) {
                       cloud["modified"].get<std::int64_t>()});
   }
   return clouds;
+}
+
+std::optional<LastRun> ReadLastRun(const std::string& out_directory) {
+  std::ifstream file(std::filesystem::path(out_directory) / "report.json");
+  const ordered_json report = ordered_json::parse(file, /*cb=*/nullptr, /*allow_exceptions=*/false);
+  if (!report.is_object() || !report.contains("verdict") || !report.contains("exit_code"))
+    return {};
+  const ordered_json& verdict = report["verdict"];
+  const ordered_json& exit_code = report["exit_code"];
+  if (!verdict.is_string() || !exit_code.is_number_integer()) return {};
+  return LastRun{verdict.get<std::string>(), exit_code.get<int>()};
 }
 
 }  // namespace backsight

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,14 @@ namespace backsight {
 std::string PosesJson(const std::vector<PoseRecord>& poses);
 std::string ReportJson(const RunRecord& run);
 std::string ManifestJson(const ManifestRecord& manifest);
+
+/// How the run ended that wrote the report.json in a folder.
+struct LastRun {
+  std::string verdict;
+  int exit_code = 0;
+};
+/// Absent where there is no report, or a damaged one.
+std::optional<LastRun> ReadLastRun(const std::string& out_directory);
 
 /// The clouds that the run of a manifest wrote; none where the file is missing, damaged or older
 /// than this list: what is not listed is nobody's to remove.

@@ -13,9 +13,15 @@
 namespace backsight {
 namespace {
 
+constexpr std::string_view kMark = ".tmp-";
+
 std::string TemporaryName(const std::string& path) {
   static std::atomic<unsigned> counter{0};
-  return fmt::format("{}.tmp-{}-{}", path, ::getpid(), counter++);
+  return fmt::format("{}{}{}-{}", path, kMark, ::getpid(), counter++);
+}
+
+bool IsNumber(std::string_view text) {
+  return !text.empty() && text.find_first_not_of("0123456789") == std::string_view::npos;
 }
 
 std::string_view RemedyFor(int error) {
@@ -48,6 +54,15 @@ TemporaryFile CreateTemporaryFile(const std::string& path) {
   return file;
 }
 
+bool IsTemporaryName(std::string_view file_name) {
+  const std::size_t mark = file_name.rfind(kMark);
+  if (mark == std::string_view::npos || mark == 0) return false;
+  const std::string_view numbers = file_name.substr(mark + kMark.size());
+  const std::size_t dash = numbers.find('-');
+  return dash != std::string_view::npos && IsNumber(numbers.substr(0, dash)) &&
+         IsNumber(numbers.substr(dash + 1));
+}
+
 void WriteAt(int descriptor, std::uint64_t offset, std::string_view bytes,
              const std::string& path) {
   while (!bytes.empty()) {
@@ -62,8 +77,10 @@ void WriteAt(int descriptor, std::uint64_t offset, std::string_view bytes,
 
 void ThrowFileError(const std::string& path, std::string_view action) {
   const int error = errno;
-  throw InputError({path, fmt::format("{}: {}", action, std::strerror(error)), "",
-                    std::string(RemedyFor(error))});
+  const bool full = error == ENOSPC || error == EDQUOT;
+  throw StorageFailure({path, fmt::format("{}: {}", action, std::strerror(error)), "",
+                        std::string(RemedyFor(error))},
+                       full);
 }
 
 }  // namespace backsight

@@ -15,13 +15,17 @@ struct TemporaryFile {
 
 /// Makes an empty file in the folder of `path`, named after it. Unique within the process by a
 /// counter, between processes by the process id, and between machines on a shared disk because the
-/// file must not exist yet. Throws InputError that names `path`.
+/// file must not exist yet. Throws StorageFailure that names `path`.
 TemporaryFile CreateTemporaryFile(const std::string& path);
 
-/// Writes all of `bytes` at `offset`. Throws InputError that names `path`, e.g. for a full disk.
+/// True for names that CreateTemporaryFile gives: what a killed process leaves.
+bool IsTemporaryName(std::string_view file_name);
+
+/// Writes all of `bytes` at `offset`. Throws StorageFailure that names `path`, e.g. for a full
+/// disk.
 void WriteAt(int descriptor, std::uint64_t offset, std::string_view bytes, const std::string& path);
 
-/// Throws InputError of `path`: what failed, the system's reason (errno) and a remedy.
+/// Throws StorageFailure of `path`: what failed, the system's reason (errno) and a remedy.
 [[noreturn]] void ThrowFileError(const std::string& path, std::string_view action);
 
 }  // namespace backsight

@@ -12,6 +12,8 @@
 #include "io/cloud_writer.h"
 #include "io/e57/e57_cloud_writer.h"
 #include "io/output_names.h"
+#include "pipeline/artifacts/artifact_keys.h"
+#include "pipeline/artifacts/output_units.h"
 #include "pipeline/e57_scans.h"
 #include "pipeline/output_files.h"
 #include "pipeline/run_outputs.h"
@@ -126,8 +128,9 @@ std::vector<WrittenFile> WriteE57(const CloudOutput& output, const std::vector<i
 }
 
 /// Writes the stations, all of one component, as one cloud to output.path.
-void WriteCloud(const CloudOutput& output, const std::vector<int>& stations,
-                const OutputSource& source, const ExecutionContext& context, OutputFiles* written) {
+OutputFiles WriteCloud(const CloudOutput& output, const std::vector<int>& stations,
+                       const OutputSource& source, const ExecutionContext& context) {
+  OutputFiles written;
   const GeoreferencedNetwork& ground = source.ground;
   const auto component = static_cast<std::size_t>(
       source.network.component[static_cast<std::size_t>(stations.front())]);
@@ -141,7 +144,7 @@ void WriteCloud(const CloudOutput& output, const std::vector<int>& stations,
   if (!in_survey_frame) {
     merge.crop = output.crop;
   } else if (output.crop) {
-    written->warnings.push_back(
+    written.warnings.push_back(
         fmt::format("{}: not cropped, because control does not place its stations", output.path));
   }
   MakeDirectories(fs::path(output.path).parent_path().string());
@@ -152,12 +155,20 @@ void WriteCloud(const CloudOutput& output, const std::vector<int>& stations,
           : WriteFlat(output, in_crs ? ground.frame->wkt() : "", MergeStationsOf(stations, source),
                       merge, context);
   for (const WrittenFile& file : files) {
-    written->files.push_back({file.path, std::string(NameOf(output.format)), file.points});
+    written.files.push_back({file.path, std::string(NameOf(output.format)), file.points});
     if (file.points == 0) {
-      written->warnings.push_back(
+      written.warnings.push_back(
           fmt::format("{}: no point is left of what was asked for", file.path));
     }
   }
+  return written;
+}
+
+/// WriteCloud, unless the cloud lies there already.
+void AddCloud(const CloudOutput& output, const std::vector<int>& stations,
+              const OutputSource& source, const ExecutionContext& context, OutputFiles* written) {
+  written->Add(WriteOnce(source.store, output.path, CloudKey(output, stations, source.key), context,
+                         [&] { return WriteCloud(output, stations, source, context); }));
 }
 
 void WriteMergedClouds(const std::vector<CloudOutput>& wanted, const OutputSource& source,
@@ -170,7 +181,7 @@ void WriteMergedClouds(const std::vector<CloudOutput>& wanted, const OutputSourc
     for (const auto& [component, stations] : components) {
       CloudOutput part = output;
       part.path = ComponentPath(output.path, component);
-      WriteCloud(part, stations, source, context, written);
+      AddCloud(part, stations, source, context, written);
     }
   }
 }
@@ -186,7 +197,7 @@ void WriteStationClouds(const CloudOutput& wanted, const OutputSource& source,
     }
     CloudOutput output = wanted;
     output.path = StationCloudPath(wanted, id);
-    WriteCloud(output, {static_cast<int>(s)}, source, context, written);
+    AddCloud(output, {static_cast<int>(s)}, source, context, written);
   }
   if (left_out.empty()) return;
   written->warnings.push_back(
@@ -194,6 +205,19 @@ void WriteStationClouds(const CloudOutput& wanted, const OutputSource& source,
 }
 
 }  // namespace
+
+ArtifactKey CloudKey(const CloudOutput& output, const std::vector<int>& stations, ArtifactKey key) {
+  key.Add("format", NameOf(output.format));
+  key.Add("thin_m", output.thin_m);
+  key.Add("max_points", std::to_string(output.max_points));
+  key.Add("without_moving", output.without_moving ? "yes" : "no");
+  const auto box = output.crop.value_or(CropBox());
+  key.Add("crop", output.crop ? DigestOf({{Eigen::Matrix3d::Identity(), box.min},
+                                          {Eigen::Matrix3d::Identity(), box.max}})
+                              : "none");
+  for (const int station : stations) key.Add("member", std::to_string(station));
+  return key;
+}
 
 OutputFiles WriteClouds(const SurveyProject& project, const OutputSource& source,
                         const std::string& out_directory, const ExecutionContext& context) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "core/execution.h"
 #include "io/survey_project.h"
@@ -14,5 +15,8 @@ namespace backsight {
 /// file per placed station, StationCloudPath. Nothing is written for a network without links.
 OutputFiles WriteClouds(const SurveyProject& project, const OutputSource& source,
                         const std::string& out_directory, const ExecutionContext& context);
+
+/// What a cloud of `stations` is made from: `key`, which all outputs share, and its own settings.
+ArtifactKey CloudKey(const CloudOutput& output, const std::vector<int>& stations, ArtifactKey key);
 
 }  // namespace backsight

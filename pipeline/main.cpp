@@ -11,16 +11,30 @@
 namespace backsight {
 namespace {
 
+void AddFolders(CLI::App* command, RunFolders* folders) {
+  command->add_option("project", folders->project, "survey project file (YAML)")->required();
+  command->add_option("--out", folders->out, "folder for results (default: out/ beside project)");
+  command->add_option("--work", folders->work,
+                      "folder for what is finished (default: work/ beside project)");
+}
+
 /// Defines a command; `code` receives its exit code when the command line names it.
 void AddRun(CLI::App& app, int* code) {
   auto arguments = std::make_shared<RunArguments>();
   CLI::App* command = app.add_subcommand("run", "Register, merge and report a survey project");
-  command->add_option("project", arguments->project, "survey project file (YAML)")->required();
-  command->add_option("--out", arguments->out, "folder for results (default: out/ beside project)");
+  AddFolders(command, &arguments->folders);
   command->add_option("--threads", arguments->threads, "0: all cores")->check(CLI::Range(0, 1024));
+  command->add_flag("--dry-run", arguments->dry_run, "only say what would be done, and why");
   CLI::Option* quiet = command->add_flag("--quiet", arguments->quiet, "no progress, only warnings");
   command->add_flag("--verbose", arguments->verbose, "details of every step")->excludes(quiet);
   command->callback([=] { *code = RunCommand(*arguments); });
+}
+
+void AddStatus(CLI::App& app, int* code) {
+  auto folders = std::make_shared<RunFolders>();
+  CLI::App* command = app.add_subcommand("status", "Say what is done and what is left");
+  AddFolders(command, folders.get());
+  command->callback([=] { *code = StatusCommand(*folders); });
 }
 
 void AddCheck(CLI::App& app, int* code) {
@@ -119,8 +133,8 @@ int Main(int argc, char** argv) {
   app.set_version_flag("--version", std::string("backsight ") + kVersion);
   app.require_subcommand(1);
   int code = kComplete;
-  for (const auto add :
-       {AddRun, AddCheck, AddRegister, AddEvaluate, AddInfo, AddOptions, AddSimulate, AddDemo}) {
+  for (const auto add : {AddRun, AddStatus, AddCheck, AddRegister, AddEvaluate, AddInfo, AddOptions,
+                         AddSimulate, AddDemo}) {
     add(app, &code);
   }
   try {
@@ -137,6 +151,9 @@ int Main(int argc, char** argv) {
 int main(int argc, char** argv) {
   try {
     return backsight::Main(argc, argv);
+  } catch (const backsight::StorageFailure& error) {
+    fmt::print(stderr, "error: {}; what is finished is kept\n", error.what());
+    return error.full() ? backsight::kNoRoom : backsight::kBadInput;
   } catch (const backsight::InputError& error) {
     fmt::print(stderr, "error: {}\n", error.what());
     return backsight::kBadInput;

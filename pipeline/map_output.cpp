@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "io/atomic_file.h"
 #include "io/output_names.h"
+#include "pipeline/artifacts/output_units.h"
 #include "pipeline/output_files.h"
 #include "pipeline/run_outputs.h"
 #include "stages/occupancy_map.h"
@@ -39,6 +40,21 @@ std::string Draw(int component, const OutputSource& source, double resolution_m,
   return DrawOccupancyMap(placed, left_out, options, context);
 }
 
+/// Nothing but a warning where the map cannot hold its component.
+OutputFiles WriteMap(const std::string& path, int component, const OutputSource& source,
+                     double resolution_m, const ExecutionContext& context) {
+  std::string bytes;
+  try {
+    bytes = Draw(component, source, resolution_m, context);
+  } catch (const InputError& error) {
+    const std::string warning = fmt::format("{} was not written: {}", path, error.what());
+    context.Warning(warning);
+    return {{}, {warning}};
+  }
+  WriteTextFile(path, bytes);
+  return {{{path, "OctoMap", {}}}, {}};
+}
+
 /// Maps that lie where this run could have written some, but did not.
 void NameStaleMaps(const std::string& path, std::size_t stations, OutputFiles* written) {
   for (int component = 0; component < MostComponents(stations); ++component) {
@@ -59,6 +75,12 @@ MapOutput WantedMap(const SurveyProject& project, const std::string& out_directo
   return project.outputs.map.value_or(usual);
 }
 
+ArtifactKey MapKey(const MapOutput& map, int component, ArtifactKey key) {
+  key.Add("resolution_m", map.resolution_m);
+  key.Add("component", std::to_string(component));
+  return key;
+}
+
 OutputFiles WriteMaps(const MapOutput& map, const OutputSource& source,
                       const ExecutionContext& context) {
   OutputFiles written;
@@ -68,16 +90,10 @@ OutputFiles WriteMaps(const MapOutput& map, const OutputSource& source,
   for (std::size_t component = 0; component < components; ++component) {
     context.Progress("map", component, components);
     const std::string path = ComponentPath(map.path, static_cast<int>(component));
-    std::string bytes;
-    try {
-      bytes = Draw(static_cast<int>(component), source, map.resolution_m, context);
-    } catch (const InputError& error) {
-      written.warnings.push_back(fmt::format("{} was not written: {}", path, error.what()));
-      context.Warning(written.warnings.back());
-      continue;
-    }
-    WriteTextFile(path, bytes);
-    written.files.push_back({path, "OctoMap", {}});
+    const ArtifactKey key = MapKey(map, static_cast<int>(component), source.key);
+    written.Add(WriteOnce(source.store, path, key, context, [&] {
+      return WriteMap(path, static_cast<int>(component), source, map.resolution_m, context);
+    }));
   }
   context.Progress("map", components, components);
   NameStaleMaps(map.path, source.stations.size(), &written);

@@ -19,4 +19,7 @@ MapOutput WantedMap(const SurveyProject& project, const std::string& out_directo
 OutputFiles WriteMaps(const MapOutput& map, const OutputSource& source,
                       const ExecutionContext& context);
 
+/// What a component's map is made from: `key`, which all outputs share, and its own settings.
+ArtifactKey MapKey(const MapOutput& map, int component, ArtifactKey key);
+
 }  // namespace backsight

@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "io/output_names.h"
+#include "io/temporary_file.h"
 
 namespace backsight {
 namespace {
@@ -55,6 +56,17 @@ bool IsOf(const std::vector<WrittenCloud>& earlier, const std::string& file) {
     return cloud.bytes == now->bytes && cloud.modified == now->modified &&
            FileKey(cloud.path) == FileKey(file);
   });
+}
+
+/// Half written files beside `output` whose names begin with its own.
+void RemoveTemporariesOf(const fs::path& output) {
+  std::error_code error;
+  const fs::path folder = output.has_parent_path() ? output.parent_path() : fs::path(".");
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    const std::string name = entry.path().filename().string();
+    const bool ours = IsTemporaryName(name) && name.starts_with(output.filename().string());
+    if (ours) fs::remove(entry.path(), error);
+  }
 }
 
 class StaleClouds {
@@ -115,6 +127,32 @@ std::string StaleWarning(const std::string& files) {
 
 std::string UsualOutDirectory(const std::string& project_path) {
   return (fs::path(project_path).parent_path() / "out").string();
+}
+
+std::string UsualWorkDirectory(const std::string& project_path) {
+  return (fs::path(project_path).parent_path() / "work").string();
+}
+
+void RemoveTemporaries(const SurveyProject& project, const std::string& out_directory,
+                       const std::string& work_directory) {
+  std::error_code error;
+  for (const auto& entry : fs::recursive_directory_iterator(work_directory, error)) {
+    if (IsTemporaryName(entry.path().filename().string())) fs::remove(entry.path(), error);
+  }
+  std::vector<fs::path> outputs = {fs::path(out_directory) / "report"};
+  for (const char* name : {"poses.", "links.", "manifest.", "map."}) {
+    outputs.push_back(fs::path(out_directory) / name);
+  }
+  for (const CloudOutput& cloud : MergedOutputs(project, out_directory)) {
+    outputs.push_back(fs::path(cloud.path).replace_extension());
+  }
+  for (const StationSpec& station : project.stations) {
+    if (!project.outputs.stations) break;
+    outputs.emplace_back(StationCloudPath(*project.outputs.stations, station.id));
+  }
+  if (project.outputs.map)
+    outputs.push_back(fs::path(project.outputs.map->path).replace_extension());
+  for (const fs::path& output : outputs) RemoveTemporariesOf(output);
 }
 
 std::vector<CloudOutput> MergedOutputs(const SurveyProject& project,

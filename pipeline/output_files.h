@@ -13,6 +13,13 @@ namespace backsight {
 /// Where results go unless the command line says otherwise: out/ beside the project file.
 std::string UsualOutDirectory(const std::string& project_path);
 
+/// Where finished work is kept unless the command line says otherwise: work/ beside the project.
+std::string UsualWorkDirectory(const std::string& project_path);
+
+/// Removes what a killed run left half written under names of this project.
+void RemoveTemporaries(const SurveyProject& project, const std::string& out_directory,
+                       const std::string& work_directory);
+
 /// The merged clouds a run writes: those of the project, where it does not say merged.las in
 /// `out_directory`.
 std::vector<CloudOutput> MergedOutputs(const SurveyProject& project,

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "io/artifact_store.h"
 #include "io/run_records.h"
 #include "pipeline/georeference_network.h"
 #include "pipeline/moving_points.h"
@@ -19,11 +20,18 @@ struct OutputSource {
   const Network& network;
   const GeoreferencedNetwork& ground;
   const MovingPoints& moving;
+  const ArtifactStore& store;
+  ArtifactKey key;  ///< what all of them depend on
 };
 
 struct OutputFiles {
   std::vector<OutputRecord> files;
   std::vector<std::string> warnings;
+
+  void Add(OutputFiles more) {
+    files.insert(files.end(), more.files.begin(), more.files.end());
+    warnings.insert(warnings.end(), more.warnings.begin(), more.warnings.end());
+  }
 };
 
 }  // namespace backsight

@@ -7,6 +7,8 @@
 #include <map>
 #include <set>
 
+#include "core/archive.h"
+#include "pipeline/artifacts/artifact_keys.h"
 #include "pipeline/candidate_links.h"
 #include "stages/network_solution.h"
 #include "stages/overlap_prediction.h"
@@ -63,15 +65,42 @@ std::vector<RankedStation> RankedStations(const std::vector<Station>& stations) 
   return ranked;
 }
 
+/// RankPairs, from the store where it holds the ranking.
+void RankOnce(const PairUnits& units, std::vector<PairProspect>* candidates) {
+  const std::vector<Station>& stations = units.stations();
+  const auto rank = [&] {
+    RankPairs(RankedStations(stations), units.options().pair_ranking, units.context(), candidates);
+  };
+  if (!units.store().keeps()) return rank();
+  std::vector<char> may_be_tried;
+  for (const PairProspect& candidate : *candidates) {
+    may_be_tried.push_back(!candidate.excluded && !candidate.too_far ? 1 : 0);
+  }
+  const ArtifactKey key =
+      RankingKey({units.options(), units.context().seed()}, stations, may_be_tried);
+  std::vector<double> similarity;
+  std::string bytes;
+  if (units.store().Load(kRankingName, key, &bytes)) {
+    similarity = FromBytes<std::vector<double>>(bytes);
+    for (std::size_t i = 0; i < candidates->size(); ++i) {
+      (*candidates)[i].similarity = similarity.at(i);
+    }
+    return;
+  }
+  rank();
+  for (const PairProspect& candidate : *candidates) similarity.push_back(candidate.similarity);
+  units.store().Store(kRankingName, key, ToBytes(similarity));
+}
+
 /// The state of one discovery.
 class Discovery {
  public:
-  Discovery(const std::vector<Station>& stations, const PairSpec& spec,
-            const SurveyOptions& options, const ExecutionContext& context)
-      : stations_(stations),
-        options_(options),
-        context_(context),
-        candidates_(ListCandidates(stations, spec)),
+  Discovery(const PairUnits& units, const PairSpec& spec)
+      : units_(units),
+        stations_(units.stations()),
+        options_(units.options()),
+        context_(units.context()),
+        candidates_(ListCandidates(stations_, spec)),
         pairs_(candidates_.size()),
         predicted_with_(candidates_.size()) {
     for (std::size_t i = 0; i < candidates_.size(); ++i) {
@@ -85,7 +114,7 @@ class Discovery {
         stations_.begin(), stations_.end(), [](const Station& s) { return s.usable(); }));
     const bool growing = !IsExhaustive(usable, options_.pair_selection);
     if (growing) {
-      RankPairs(RankedStations(stations_), options_.pair_ranking, context_, &candidates_);
+      RankOnce(units_, &candidates_);
     }
     occupancy_.resize(stations_.size());
     context_.ParallelFor(stations_.size(), [&](std::size_t s) {
@@ -179,25 +208,19 @@ class Discovery {
 
   void RegisterOne(PairMethod method, std::size_t i) {
     PairProspect& candidate = candidates_[i];
+    std::optional<RigidTransform> predicted;
     if (method == PairMethod::kThorough) {
       candidate.tried_thorough = true;
-      RegisterPairThoroughly(stations_, options_, context_, &pairs_[i]);
     } else if (method == PairMethod::kFull) {
       candidate.tried_full = true;
-      Pair pair;
-      pair.source = candidate.source;
-      pair.target = candidate.target;
-      RegisterPair(stations_, options_, context_, &pair);
-      pairs_[i] = std::move(pair);
+      pairs_[i] = Pair();
+      pairs_[i].source = candidate.source;
+      pairs_[i].target = candidate.target;
     } else {
       candidate.tried_predicted = true;
-      // The prediction competes with what correspondences found; it must not hide their doubts.
-      if (pairs_[i].best() != nullptr) {
-        AddMotion(stations_, options_, context_, Relative(i), &pairs_[i]);
-      } else {
-        RegisterPairFrom(stations_, options_, context_, Relative(i), &pairs_[i]);
-      }
+      predicted = Relative(i);
     }
+    units_.Register(method, predicted, &pairs_[i]);
   }
 
   PairDiscovery Summarize() {
@@ -236,6 +259,7 @@ class Discovery {
     return found;
   }
 
+  const PairUnits& units_;
   const std::vector<Station>& stations_;
   const SurveyOptions& options_;
   const ExecutionContext& context_;
@@ -251,9 +275,8 @@ class Discovery {
 
 }  // namespace
 
-PairDiscovery DiscoverPairs(const std::vector<Station>& stations, const PairSpec& spec,
-                            const SurveyOptions& options, const ExecutionContext& context) {
-  return Discovery(stations, spec, options, context).Run();
+PairDiscovery DiscoverPairs(const PairUnits& units, const PairSpec& spec) {
+  return Discovery(units, spec).Run();
 }
 
 }  // namespace backsight

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/artifacts/pair_units.h"
 #include "pipeline/pair_pipeline.h"
 
 namespace backsight {
@@ -27,7 +28,6 @@ struct PairDiscovery {
 /// controlled, then those that its poses predict. `spec.include` pairs are tried in any case,
 /// `spec.exclude` never. Accepted motions that contradict the stations' priors become rejected.
 /// The same pairs in the same order for any number of threads.
-PairDiscovery DiscoverPairs(const std::vector<Station>& stations, const PairSpec& spec,
-                            const SurveyOptions& options, const ExecutionContext& context);
+PairDiscovery DiscoverPairs(const PairUnits& units, const PairSpec& spec);
 
 }  // namespace backsight

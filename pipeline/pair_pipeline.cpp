@@ -370,14 +370,16 @@ void RegisterPair(const std::vector<Station>& stations, const SurveyOptions& opt
   });
 }
 
-void RegisterPairThoroughly(const std::vector<Station>& stations, const SurveyOptions& options,
+bool RegisterPairThoroughly(const std::vector<Station>& stations, const SurveyOptions& options,
                             const ExecutionContext& context, Pair* pair) {
   Pair attempt = *pair;
   Guard(stations, context, &attempt, [&](const Station& source, const Station& target) {
     VoteUnguarded(source, target, options, context, &attempt);
   });
+  const bool whole = attempt.fault.empty();
   // What failed the second time does not take back what was found the first.
-  if (attempt.fault.empty() || pair->best() == nullptr) *pair = std::move(attempt);
+  if (whole || pair->best() == nullptr) *pair = std::move(attempt);
+  return whole;
 }
 
 void RegisterPairFrom(const std::vector<Station>& stations, const SurveyOptions& options,
@@ -390,23 +392,24 @@ void RegisterPairFrom(const std::vector<Station>& stations, const SurveyOptions&
   });
 }
 
-void AddMotion(const std::vector<Station>& stations, const SurveyOptions& options,
+bool AddMotion(const std::vector<Station>& stations, const SurveyOptions& options,
                const ExecutionContext& context, const RigidTransform& target_from_source,
                Pair* pair) {
-  Pair attempt;  // a failure here says nothing against what the pair has
+  Pair attempt;
   attempt.source = pair->source;
   attempt.target = pair->target;
   RegisterPairFrom(stations, options, context, target_from_source, &attempt);
-  if (attempt.candidates.empty()) return;
+  if (attempt.candidates.empty()) return attempt.fault.empty();
   PairCandidate& candidate = attempt.candidates.front();
-  if (candidate.verification.verdict == Verdict::kRejected) return;
+  if (candidate.verification.verdict == Verdict::kRejected) return true;
   if (!pair->candidates.empty() &&
       IsContradictedMore(candidate.verification, pair->candidates.front().verification)) {
-    return;
+    return true;
   }
   pair->candidates.push_back(std::move(candidate));
   RankCandidates(stations[static_cast<std::size_t>(pair->target)].model.resolution_m(),
                  &pair->candidates);
+  return true;
 }
 
 }  // namespace backsight

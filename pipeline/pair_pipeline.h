@@ -27,6 +27,7 @@ struct Pair {
   std::vector<PairCandidate> candidates;
   bool predicted = false;  ///< from a predicted pose: no coarse registration
   std::string fault;       ///< empty: ran to its end, whatever the verification says
+  std::string digest;      ///< stands for all that led here (PairKey); empty where nothing is kept
 
   /// Null where there is none.
   const PairCandidate* best() const { return candidates.empty() ? nullptr : candidates.data(); }
@@ -53,8 +54,9 @@ void RegisterPair(const std::vector<Station>& stations, const SurveyOptions& opt
 
 /// A second try of a registered pair, for stations that walls surround: these tell the rotation,
 /// and correspondences vote for translations (stages/aligned_hypotheses.h). What it finds competes
-/// with the candidates that are there. About three times RegisterPair's time.
-void RegisterPairThoroughly(const std::vector<Station>& stations, const SurveyOptions& options,
+/// with the candidates that are there. About three times RegisterPair's time. False where it
+/// failed; what was there stays then.
+bool RegisterPairThoroughly(const std::vector<Station>& stations, const SurveyOptions& options,
                             const ExecutionContext& context, Pair* pair);
 
 /// Fine registration and verification alone, from a predicted pose: one candidate. It is judged by
@@ -66,8 +68,9 @@ void RegisterPairFrom(const std::vector<Station>& stations, const SurveyOptions&
 
 /// Refines and verifies one more motion of a registered pair, and ranks it among the candidates
 /// unless it is one of them, rejected, or contradicted more than the best. One that fits less
-/// closely stays for the network to compare.
-void AddMotion(const std::vector<Station>& stations, const SurveyOptions& options,
+/// closely stays for the network to compare. False where it failed, which says nothing against what
+/// the pair has.
+bool AddMotion(const std::vector<Station>& stations, const SurveyOptions& options,
                const ExecutionContext& context, const RigidTransform& target_from_source,
                Pair* pair);
 

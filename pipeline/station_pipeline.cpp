@@ -7,6 +7,9 @@
 
 #include "core/error.h"
 #include "core/fingerprint.h"
+#include "pipeline/artifacts/artifact_keys.h"
+#include "pipeline/artifacts/scan_fingerprints.h"
+#include "pipeline/artifacts/station_artifact.h"
 #include "stages/station_symmetries.h"
 
 namespace backsight {
@@ -53,7 +56,8 @@ void FillRecord(const IngestResult& ingest, Station* station) {
   note_count(ingest.out_of_range, "points outside the range limits dropped");
 }
 
-void LoadStation(const SurveyOptions& options, const ExecutionContext& context, Station* station) {
+void ComputeStation(const SurveyOptions& options, const ExecutionContext& context,
+                    Station* station) {
   const std::unique_ptr<ScanReader> reader =
       OpenScan(station->spec.scan, station->spec.scan_index, station->spec.columns);
   station->info = reader->info();
@@ -75,6 +79,24 @@ void LoadStation(const SurveyOptions& options, const ExecutionContext& context, 
   }
 }
 
+/// From the store where it holds the station, otherwise from the scan.
+void LoadStation(const SurveyOptions& options, const ExecutionContext& context,
+                 const ArtifactStore& store, ScanFingerprints* scans, Station* station) {
+  if (!store.keeps()) return ComputeStation(options, context, station);
+  station->scan_fingerprint = scans->Of(station->spec.scan);
+  const ArtifactKey key =
+      StationKey({options, context.seed()}, station->spec, station->scan_fingerprint);
+  const std::string name = StationArtifactName(station->spec.id);
+  station->digest = key.Digest();
+  std::string bytes;
+  if (store.Load(name, key, &bytes)) {
+    RestoreStation(bytes, station);
+  } else {
+    ComputeStation(options, context, station);
+    store.Store(name, key, StationBytes(*station));
+  }
+}
+
 void RefuseCopies(std::vector<Station>* stations) {
   for (std::size_t i = 0; i < stations->size(); ++i) {
     Station& station = (*stations)[i];
@@ -92,8 +114,10 @@ void RefuseCopies(std::vector<Station>* stations) {
 }  // namespace
 
 std::vector<Station> LoadStations(const std::vector<StationSpec>& specs,
-                                  const SurveyOptions& options, const ExecutionContext& context) {
+                                  const SurveyOptions& options, const ExecutionContext& context,
+                                  const ArtifactStore& store) {
   std::vector<Station> stations(specs.size());
+  ScanFingerprints scans(store);
   std::atomic<std::size_t> done = 0;
   context.Progress("stations", 0, specs.size());
   context.ParallelFor(specs.size(), [&](std::size_t i) {
@@ -103,8 +127,10 @@ std::vector<Station> LoadStations(const std::vector<StationSpec>& specs,
     station.record.path = specs[i].scan;
     try {
       context.CheckStop();
-      LoadStation(options, context, &station);
+      LoadStation(options, context, store, &scans, &station);
     } catch (const Interrupted&) {
+      throw;
+    } catch (const StorageFailure&) {
       throw;
     } catch (const std::exception& error) {
       station.fault = error.what();

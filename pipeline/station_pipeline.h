@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/execution.h"
+#include "io/artifact_store.h"
 #include "io/run_records.h"
 #include "io/scan_reader.h"
 #include "io/survey_project.h"
@@ -27,14 +28,18 @@ struct Station {
   ScanRecord record;
   std::string fault;                ///< empty: usable
   std::string content_fingerprint;  ///< of the voxel clusters
+  std::string scan_fingerprint;     ///< of the scan file; empty where nothing is kept
+  std::string digest;  ///< stands for all that led here (StationKey); empty where nothing is kept
 
   bool usable() const { return fault.empty(); }
   Surface surface() const { return {model, features.normals, features.scanner_credible}; }
 };
 
 /// Reads and describes all stations, side by side. A station whose scan equals an earlier station's
-/// is refused as a copy: it would register perfectly and prove nothing.
+/// is refused as a copy: it would register perfectly and prove nothing. What the store holds is not
+/// computed again. Throws StorageFailure where it does not take what was computed.
 std::vector<Station> LoadStations(const std::vector<StationSpec>& specs,
-                                  const SurveyOptions& options, const ExecutionContext& context);
+                                  const SurveyOptions& options, const ExecutionContext& context,
+                                  const ArtifactStore& store = {});
 
 }  // namespace backsight

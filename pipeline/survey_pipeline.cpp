@@ -2,9 +2,14 @@
 
 #include <chrono>
 #include <filesystem>
+#include <string_view>
+#include <type_traits>
 #include <utility>
 
 #include "io/run_json.h"
+#include "pipeline/artifacts/artifact_keys.h"
+#include "pipeline/artifacts/network_artifact.h"
+#include "pipeline/artifacts/pair_units.h"
 #include "pipeline/cloud_outputs.h"
 #include "pipeline/georeference_network.h"
 #include "pipeline/map_output.h"
@@ -33,29 +38,50 @@ class StageClock {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
+/// The stored result of the key, or a new one, which is stored then.
+template <class Compute, class Result = std::invoke_result_t<Compute>>
+Result Once(const ArtifactStore& store, const char* name, const ArtifactKey& key,
+            std::string (*to_bytes)(const Result&), Result (*from_bytes)(std::string_view),
+            Compute compute) {
+  std::string bytes;
+  if (store.Load(name, key, &bytes)) return from_bytes(bytes);
+  Result result = compute();
+  if (store.keeps()) store.Store(name, key, to_bytes(result));
+  return result;
+}
+
 }  // namespace
 
 SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
                     std::shared_ptr<const GeodeticFrame> frame, const std::string& out_directory,
-                    const ExecutionContext& context) {
+                    const ExecutionContext& context, const ArtifactStore& store) {
   SurveyRun run;
   StageClock clock(&run.times);
 
-  const std::vector<Station> stations = LoadStations(project.stations, options, context);
+  const std::vector<Station> stations = LoadStations(project.stations, options, context, store);
+  for (const Station& station : stations) run.scan_fingerprints.push_back(station.scan_fingerprint);
   clock.Finish("stations");
 
-  PairDiscovery discovery = DiscoverPairs(stations, project.pairs, options, context);
-  ChallengeSymmetries(stations, options, context, &discovery.pairs);
+  const PairUnits units(stations, options, context, store);
+  PairDiscovery discovery = DiscoverPairs(units, project.pairs);
+  ChallengeSymmetries(units, &discovery.pairs);
   clock.Finish("pairs");
 
-  const Network network = BuildNetwork(stations, discovery.pairs, options, context);
+  const KeyBase keys{options, context.seed()};
+  const ArtifactKey network_key = NetworkKey(keys, stations, discovery.pairs);
+  const Network network = Once(store, kNetworkName, network_key, NetworkBytes, NetworkFrom, [&] {
+    return BuildNetwork(stations, discovery.pairs, options, context);
+  });
   clock.Finish("network");
 
   const GeoreferencedNetwork ground =
       GeoreferenceNetwork(project, std::move(frame), stations, network, options.georeferencing);
   clock.Finish("georeferencing");
 
-  const MovingPoints moving = FindMovingPoints(stations, network, options.moving_objects, context);
+  const MovingPoints moving =
+      Once(store, kMovingName, MovingKey(keys, network_key.Digest()), MovingPointsBytes,
+           MovingPointsFrom,
+           [&] { return FindMovingPoints(stations, network, options.moving_objects, context); });
   clock.Finish("moving objects");
 
   // Poses first: whatever may happen to the large files, they are kept.
@@ -65,7 +91,13 @@ SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
   clock.Finish("report");
   const std::vector<WrittenCloud> earlier =
       ReadWrittenClouds((std::filesystem::path(out_directory) / "manifest.json").string());
-  const OutputSource source{options.ingest, stations, network, ground, moving};
+  const OutputSource source{options.ingest,
+                            stations,
+                            network,
+                            ground,
+                            moving,
+                            store,
+                            OutputsKey(keys, project, network_key.Digest())};
   const OutputFiles clouds = WriteClouds(project, source, out_directory, context);
   const std::vector<std::string> stale =
       ClearStaleClouds(project, out_directory, earlier, clouds.files, context);

@@ -54,21 +54,20 @@ std::vector<Motions> CollectSymmetries(const std::vector<Station>& stations,
 
 }  // namespace
 
-void ChallengeSymmetries(const std::vector<Station>& stations, const SurveyOptions& options,
-                         const ExecutionContext& context, std::vector<Pair>* pairs) {
-  const std::vector<Motions> symmetries = CollectSymmetries(stations, *pairs);
-  context.ParallelFor(pairs->size(), [&](std::size_t i) {
+void ChallengeSymmetries(const PairUnits& units, std::vector<Pair>* pairs) {
+  const std::vector<Motions> symmetries = CollectSymmetries(units.stations(), *pairs);
+  units.context().ParallelFor(pairs->size(), [&](std::size_t i) {
     Pair& pair = (*pairs)[i];
     if (!pair.accepted()) return;
     const RigidTransform best = pair.best()->fine.target_from_source;
+    Motions rivals;
     for (const RigidTransform& turn : symmetries[static_cast<std::size_t>(pair.target)]) {
-      if (!pair.accepted()) return;
-      AddMotion(stations, options, context, turn * best, &pair);
+      rivals.push_back(turn * best);
     }
     for (const RigidTransform& turn : symmetries[static_cast<std::size_t>(pair.source)]) {
-      if (!pair.accepted()) return;
-      AddMotion(stations, options, context, best * turn, &pair);
+      rivals.push_back(best * turn);
     }
+    if (!rivals.empty()) units.Challenge(std::move(rivals), &pair);
   });
 }
 

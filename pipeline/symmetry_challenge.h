@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "pipeline/pair_pipeline.h"
+#include "pipeline/artifacts/pair_units.h"
 
 namespace backsight {
 
@@ -11,7 +11,6 @@ namespace backsight {
 /// such as the half turn of an empty hall. Where another pair of such a station was accepted
 /// because nothing proposed its turned motion, that motion is refined, verified and ranked now; if
 /// it is as good, the pair becomes ambiguous too. Costs nothing where no pair is ambiguous.
-void ChallengeSymmetries(const std::vector<Station>& stations, const SurveyOptions& options,
-                         const ExecutionContext& context, std::vector<Pair>* pairs);
+void ChallengeSymmetries(const PairUnits& units, std::vector<Pair>* pairs);
 
 }  // namespace backsight

@@ -74,11 +74,8 @@ double PixelDegrees(double step_rad, const IngestOptions& options) {
 /// From station to instrument coordinates; the range image is made of the latter.
 void MoveToInstrument(double pixel_deg, StationModel* model) {
   model->lattice.origin -= model->scanner_origin;
-  model->range_image = RangeImage(Eigen::Vector3d::Zero(), pixel_deg);
-  for (VoxelLeaf& leaf : model->leaves) {
-    leaf.cluster.mean -= model->scanner_origin;
-    model->range_image.Add(leaf.cluster.mean);
-  }
+  for (VoxelLeaf& leaf : model->leaves) leaf.cluster.mean -= model->scanner_origin;
+  model->range_image = ImageOf(model->leaves, pixel_deg);
 }
 
 }  // namespace

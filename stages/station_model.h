@@ -34,6 +34,9 @@ struct StationModel {
   }
 };
 
+/// What a scanner at the origin saw of the leaves: of pixels as large as `pixel_deg`.
+RangeImage ImageOf(const std::vector<VoxelLeaf>& leaves, double pixel_deg);
+
 /// Fast point feature histogram: three blocks of 11 bins, each block sums to 100.
 using FpfhDescriptor = std::array<float, 33>;
 

@@ -8,14 +8,30 @@ namespace backsight {
 /// The commands of the program. Each returns the exit code; faulty input throws InputError. Results
 /// go to stdout, progress and warnings to stderr.
 
-struct RunArguments {
+/// A project and where its results go and its finished work is kept.
+struct RunFolders {
   std::string project;
   std::string out;   ///< empty: out/ beside the project file
+  std::string work;  ///< empty: work/ beside the project file
+
+  std::string OutDirectory() const;
+  std::string WorkDirectory() const;
+};
+
+struct RunArguments {
+  RunFolders folders;
   int threads = -1;  ///< -1: as the project file says; 0: all cores
   bool quiet = false;
   bool verbose = false;
+  bool dry_run = false;  ///< only say what would be done, and why
 };
 int RunCommand(const RunArguments& arguments);
+
+/// What a run would do and why; it does nothing.
+int PrintDryRun(const RunFolders& folders);
+
+/// What is done, what is left, and the run that is going.
+int StatusCommand(const RunFolders& folders);
 
 int CheckCommand(const std::string& project);
 

@@ -7,8 +7,9 @@
 #include <filesystem>
 
 #include "core/error.h"
-#include "core/fingerprint.h"
+#include "io/artifact_store.h"
 #include "io/atomic_file.h"
+#include "io/folder_lock.h"
 #include "io/run_json.h"
 #include "pipeline/commands/commands.h"
 #include "pipeline/georeference_network.h"
@@ -45,10 +46,8 @@ void WriteManifest(const SurveyProject& project, const SurveyOptions& options, c
   manifest.git_hash = kGitHash;
   manifest.project_path = project.path;
   manifest.options = EffectiveOptions(options);
-  for (const StationSpec& station : project.stations) {
-    std::error_code error;
-    const bool readable = fs::is_regular_file(station.scan, error);
-    manifest.inputs.emplace_back(station.scan, readable ? FingerprintFile(station.scan) : "");
+  for (std::size_t s = 0; s < project.stations.size(); ++s) {
+    manifest.inputs.emplace_back(project.stations[s].scan, run.scan_fingerprints[s]);
   }
   manifest.started_utc = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}",
                                      std::chrono::time_point_cast<std::chrono::seconds>(start));
@@ -69,29 +68,53 @@ TerminalEvents::Verbosity VerbosityOf(const RunArguments& arguments) {
                            : TerminalEvents::Verbosity::kNormal;
 }
 
+int RefuseSecondRun(const LockHolder& holder, const std::string& work) {
+  fmt::print(
+      stderr,
+      "error: {} is in use: a run is going on {}, process {}, since {}; wait for its end, or "
+      "give another --work and --out\n",
+      work, holder.host, holder.process, holder.since_utc);
+  return kTryAgain;
+}
+
 }  // namespace
 
+std::string RunFolders::OutDirectory() const {
+  return out.empty() ? UsualOutDirectory(project) : out;
+}
+
+std::string RunFolders::WorkDirectory() const {
+  return work.empty() ? UsualWorkDirectory(project) : work;
+}
+
 int RunCommand(const RunArguments& arguments) {
+  if (arguments.dry_run) return PrintDryRun(arguments.folders);
   const Clock::time_point start = Clock::now();
   const std::stop_token stop = InstallStopSignals();
   SurveyOptions options;
-  const SurveyProject project = ReadSurveyProject(arguments.project, OptionSections(options));
+  const SurveyProject project =
+      ReadSurveyProject(arguments.folders.project, OptionSections(options));
   const auto frame = MakeControlFrame(project);  // refuses what no network could mend
 
-  const std::string out =
-      !arguments.out.empty() ? arguments.out : UsualOutDirectory(arguments.project);
+  const std::string out = arguments.folders.OutDirectory();
+  const std::string work = arguments.folders.WorkDirectory();
   RequireFreeNames(project, out);
+  const FolderLock lock(work);
+  if (!lock.held()) return RefuseSecondRun(*lock.holder(), work);
   MakeDirectories(out);
+  RemoveTemporaries(project, out, work);
   TerminalEvents events(VerbosityOf(arguments));
   const int threads = arguments.threads >= 0 ? arguments.threads : project.resources.threads;
-  const ExecutionContext context(threads, /*seed=*/0, &events, stop);
+  const ExecutionContext context(threads, kRunSeed, &events, stop);
   try {
-    const SurveyRun run = RunSurvey(project, options, frame, out, context);
+    const ArtifactStore store(work, [&](const std::string& what) { context.Warning(what); });
+    const SurveyRun run = RunSurvey(project, options, frame, out, context, store);
     WriteManifest(project, options, run, start, context.threads(), out);
     fmt::print("{} Report: {}\n", run.record.verdict, (fs::path(out) / "report.html").string());
     return run.record.exit_code;
   } catch (const Interrupted&) {
-    fmt::print(stderr, "interrupted; start the same command again to run it anew\n");
+    fmt::print(stderr,
+               "interrupted; what is finished is kept, the same command goes on from there\n");
     return StopSignal() == SIGTERM ? kTerminated : kInterrupted;
   }
 }

@@ -53,7 +53,7 @@ int DemoCommand(const std::string& directory, int threads) {
   WriteTextFile(scene, kDemoScene);
   SimulateCommand(scene, directory, threads);
   RunArguments run;
-  run.project = (fs::path(directory) / "demo.yaml").string();
+  run.folders.project = (fs::path(directory) / "demo.yaml").string();
   run.threads = threads;
   const int exit_code = RunCommand(run);
   if (exit_code == kInterrupted || exit_code == kTerminated) return exit_code;

@@ -29,6 +29,11 @@ StationModel Bent(const StationModel& yard) {
   return MakeStation(points, yard.resolution_m());
 }
 
+PairDiscovery Discover(const std::vector<Station>& stations, const PairSpec& spec,
+                       const SurveyOptions& options, const ExecutionContext& context) {
+  return DiscoverPairs(PairUnits(stations, options, context, ArtifactStore()), spec);
+}
+
 /// Looks at two yards that have nothing in common: stations 0 to `first` - 1 at one, the others at
 /// the other; each look is turned and shifted, with the voxels falling anew.
 struct Yards {
@@ -80,7 +85,7 @@ std::vector<std::string> Reasons(const PairDiscovery& discovery) {
 
 TEST(PairDiscovery, FewStationsAreTriedPairByPair) {
   const Yards yards(3, 0);
-  const PairDiscovery found = DiscoverPairs(yards.stations, {}, {}, ExecutionContext(1));
+  const PairDiscovery found = Discover(yards.stations, {}, {}, ExecutionContext(1));
   ASSERT_EQ(found.pairs.size(), 3U);
   EXPECT_EQ(found.full, 3);
   EXPECT_EQ(found.predicted, 0);
@@ -93,7 +98,7 @@ TEST(PairDiscovery, FewStationsAreTriedPairByPair) {
 
 TEST(PairDiscovery, GrowingLinksWhatBelongsTogetherAndPredictsTheRest) {
   const Yards yards(6, 2);
-  const PairDiscovery found = DiscoverPairs(yards.stations, {}, Growing(), ExecutionContext(1));
+  const PairDiscovery found = Discover(yards.stations, {}, Growing(), ExecutionContext(1));
   EXPECT_EQ(found.components, 2);
   EXPECT_GT(found.predicted, 0);
   int linked = 0;
@@ -110,8 +115,8 @@ TEST(PairDiscovery, GrowingLinksWhatBelongsTogetherAndPredictsTheRest) {
 
 TEST(PairDiscovery, TheSamePairsForAnyNumberOfThreads) {
   const Yards yards(5, 2);
-  const PairDiscovery one = DiscoverPairs(yards.stations, {}, Growing(), ExecutionContext(1));
-  const PairDiscovery four = DiscoverPairs(yards.stations, {}, Growing(), ExecutionContext(4));
+  const PairDiscovery one = Discover(yards.stations, {}, Growing(), ExecutionContext(1));
+  const PairDiscovery four = Discover(yards.stations, {}, Growing(), ExecutionContext(4));
   ASSERT_EQ(one.pairs.size(), four.pairs.size());
   for (std::size_t i = 0; i < one.pairs.size(); ++i) {
     EXPECT_EQ(one.pairs[i].source, four.pairs[i].source);
@@ -127,7 +132,7 @@ TEST(PairDiscovery, ExcludedPairsAreSkippedAndIncludedOnesTried) {
   PairSpec spec;
   spec.exclude = {{"S1", "S2"}};
   spec.include = {{"S4", "S1"}};
-  const PairDiscovery found = DiscoverPairs(yards.stations, spec, Growing(), ExecutionContext(1));
+  const PairDiscovery found = Discover(yards.stations, spec, Growing(), ExecutionContext(1));
   ASSERT_FALSE(found.skipped.empty());
   EXPECT_EQ(found.skipped[0].reason, "excluded");
   EXPECT_EQ(found.skipped[0].source, 1);
@@ -142,18 +147,18 @@ TEST(PairDiscovery, PriorsKeepStationsApartAndRejectWhatContradictsThem) {
   for (std::size_t s = 0; s < 3; ++s) {
     yards.stations[s].spec.prior = StationPrior{yards.yard_from_station[s], 0.2, 2.0};
   }
-  EXPECT_EQ(DiscoverPairs(yards.stations, {}, {}, ExecutionContext(1)).components, 1);
+  EXPECT_EQ(Discover(yards.stations, {}, {}, ExecutionContext(1)).components, 1);
 
   StationPrior& third = *yards.stations[2].spec.prior;
   third.survey_from_station.translation += Eigen::Vector3d(5.0, 0.0, 0.0);
-  const PairDiscovery wrong = DiscoverPairs(yards.stations, {}, {}, ExecutionContext(1));
+  const PairDiscovery wrong = Discover(yards.stations, {}, {}, ExecutionContext(1));
   EXPECT_EQ(wrong.components, 2);
   for (const Pair& pair : wrong.pairs) {
     EXPECT_EQ(ToString(pair.reason()), pair.source == 2 ? "contradicts_prior" : "");
   }
 
   third.survey_from_station.translation += Eigen::Vector3d(50.0, 0.0, 0.0);
-  const PairDiscovery far = DiscoverPairs(yards.stations, {}, {}, ExecutionContext(1));
+  const PairDiscovery far = Discover(yards.stations, {}, {}, ExecutionContext(1));
   EXPECT_EQ(Reasons(far), (std::vector<std::string>{"prior_too_far", "prior_too_far"}));
 }
 
@@ -162,7 +167,7 @@ TEST(PairDiscovery, EveryPairReachesTheRecords) {
   yards.stations[3].fault = "cannot be read";
   SurveyProject project;
   project.pairs.exclude = {{"S1", "S3"}};
-  const PairDiscovery found = DiscoverPairs(yards.stations, project.pairs, {}, ExecutionContext(1));
+  const PairDiscovery found = Discover(yards.stations, project.pairs, {}, ExecutionContext(1));
   const Network network = BuildNetwork(yards.stations, found.pairs, {}, ExecutionContext(1));
   const RunRecord run = SummarizeRun(project, yards.stations, found, network, {}, {}, {});
   ASSERT_EQ(run.links.size(), 3U);

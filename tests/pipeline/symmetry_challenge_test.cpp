@@ -46,6 +46,11 @@ Pair Accepted(const HallStations& hall, int source, int target, const RigidTrans
   return pair;
 }
 
+void Challenge(const std::vector<Station>& stations, const ExecutionContext& context,
+               std::vector<Pair>* pairs) {
+  ChallengeSymmetries(PairUnits(stations, SurveyOptions(), context, ArtifactStore()), pairs);
+}
+
 bool Knows(const Pair& pair, const RigidTransform& motion) {
   return std::any_of(
       pair.candidates.begin(), pair.candidates.end(), [&](const PairCandidate& candidate) {
@@ -61,7 +66,7 @@ TEST(ChallengeSymmetries, DoubtsWhatTheSymmetryExplainsAsWell) {
     // Rightly and wrongly accepted: nothing tells the two from each other.
     for (const RigidTransform& motion : {hall.Truth(2, 0), hall.HalfTurned(2, 0)}) {
       std::vector<Pair> pairs = {ambiguous, Accepted(hall, 2, 0, motion, context)};
-      ChallengeSymmetries(hall.stations, {}, context, &pairs);
+      Challenge(hall.stations, context, &pairs);
       EXPECT_TRUE(pairs[1].doubtful());
       EXPECT_EQ(pairs[1].reason(), VerificationResult::Reason::kAmbiguous);
       EXPECT_TRUE(Knows(pairs[1], hall.Truth(2, 0))) << "seed " << seed;
@@ -76,7 +81,7 @@ TEST(ChallengeSymmetries, LeavesWhatFurnitureDecides) {
     const HallStations hall = MakeBays(seed, true);
     std::vector<Pair> pairs = {Ambiguous(hall, context),
                                Accepted(hall, 2, 0, hall.Truth(2, 0), context)};
-    ChallengeSymmetries(hall.stations, {}, context, &pairs);
+    Challenge(hall.stations, context, &pairs);
     EXPECT_TRUE(pairs[1].accepted()) << "seed " << seed << " " << ToString(pairs[1].reason());
     EXPECT_TRANSFORM_NEAR(pairs[1].best()->fine.target_from_source, hall.Truth(2, 0), kNearAngle,
                           kNearDistance);
@@ -92,7 +97,7 @@ TEST(ChallengeSymmetries, ChallengesPairsOfEitherStationBothWaysRound) {
   for (const auto& [source, target] : kPairs) {
     std::vector<Pair> pairs = {
         Accepted(hall, source, target, hall.HalfTurned(source, target), context), ambiguous};
-    ChallengeSymmetries(hall.stations, {}, context, &pairs);
+    Challenge(hall.stations, context, &pairs);
     EXPECT_EQ(pairs[0].reason(), VerificationResult::Reason::kAmbiguous) << source << target;
     EXPECT_TRUE(Knows(pairs[0], hall.Truth(source, target))) << source << target;
   }
@@ -104,7 +109,7 @@ TEST(ChallengeSymmetries, DoesNothingWhereNoPairOfTheStationsIsAmbiguous) {
   std::vector<Pair> pairs = {Accepted(hall, 1, 0, hall.Truth(1, 0), context),
                              Accepted(hall, 2, 0, hall.HalfTurned(2, 0), context)};
   const RigidTransform before = pairs[1].best()->fine.target_from_source;
-  ChallengeSymmetries(hall.stations, {}, context, &pairs);
+  Challenge(hall.stations, context, &pairs);
   for (const Pair& pair : pairs) {
     EXPECT_TRUE(pair.accepted());
     EXPECT_EQ(pair.candidates.size(), 1U);

@@ -1,0 +1,206 @@
+#include "io/artifact_store.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <set>
+
+#include "core/fingerprint.h"
+#include "io/atomic_file.h"
+
+namespace backsight {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kExtension = ".artifact";
+constexpr std::string_view kMagic = "backsight artifact 1\n";
+constexpr std::size_t kDigestBytes = 32;
+constexpr std::uint64_t kLongestKey = std::uint64_t{1} << 28U;
+
+/// File: magic, length of key, length of bytes, checksum of both, key, bytes.
+struct Header {
+  std::uint64_t key_bytes = 0;
+  std::uint64_t payload_bytes = 0;
+  std::string digest;
+};
+constexpr std::size_t kHeaderBytes = kMagic.size() + 2 * sizeof(std::uint64_t) + kDigestBytes;
+
+std::string DigestOf(std::string_view key, std::string_view payload) {
+  Fingerprint fingerprint;
+  fingerprint.Add(key);
+  fingerprint.Add(payload);
+  return fingerprint.Hex();
+}
+
+std::string HeaderBytes(std::string_view key, std::string_view payload) {
+  const std::uint64_t lengths[2] = {key.size(), payload.size()};
+  std::string bytes(kMagic);
+  bytes.append(reinterpret_cast<const char*>(lengths), sizeof(lengths));
+  return bytes + DigestOf(key, payload);
+}
+
+/// A file being read; `fault` says what is wrong with it so far.
+struct Opened {
+  std::ifstream file;
+  Header header;
+  std::string key;
+  std::string fault;
+};
+
+Opened Open(const std::string& path) {
+  Opened opened;
+  opened.file.open(path, std::ios::binary);
+  std::string start(kHeaderBytes, '\0');
+  if (!opened.file.read(start.data(), static_cast<std::streamsize>(start.size()))) {
+    opened.fault = "it cannot be read or is too short";
+    return opened;
+  }
+  if (!start.starts_with(kMagic)) {
+    opened.fault = "it does not begin as an artifact";
+    return opened;
+  }
+  std::uint64_t lengths[2];
+  std::memcpy(lengths, start.data() + kMagic.size(), sizeof(lengths));
+  opened.header = {lengths[0], lengths[1], start.substr(kHeaderBytes - kDigestBytes)};
+  std::error_code error;
+  const std::uintmax_t size = fs::file_size(path, error);
+  const bool plausible = !error && lengths[0] <= kLongestKey && lengths[1] <= size &&
+                         kHeaderBytes + lengths[0] + lengths[1] == size;
+  if (!plausible) {
+    opened.fault = fmt::format("it holds {} bytes, not the {} + {} + {} it states", size,
+                               kHeaderBytes, lengths[0], lengths[1]);
+    return opened;
+  }
+  opened.key.resize(lengths[0]);
+  if (!opened.file.read(opened.key.data(), static_cast<std::streamsize>(opened.key.size()))) {
+    opened.fault = "its key cannot be read";
+  }
+  return opened;
+}
+
+std::multimap<std::string, std::string> LinesOf(std::string_view text) {
+  std::multimap<std::string, std::string> lines;
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    const std::string_view line = text.substr(0, end);
+    const std::size_t colon = std::min(line.find(": "), line.size());
+    lines.emplace(line.substr(0, colon), line.substr(colon));
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return lines;
+}
+
+}  // namespace
+
+void ArtifactKey::Add(std::string_view name, std::string_view value) {
+  text_.append(name).append(": ");
+  for (const char c : value) text_ += c == '\n' ? std::string("\\n") : std::string(1, c);
+  text_ += '\n';
+}
+
+void ArtifactKey::Add(std::string_view name, double value) { Add(name, fmt::format("{:a}", value)); }
+
+void ArtifactKey::AddLines(std::string_view lines) {
+  while (!lines.empty()) {
+    const std::size_t end = std::min(lines.find('\n'), lines.size());
+    const std::string_view line = lines.substr(0, end);
+    const std::size_t equals = std::min(line.find('='), line.size());
+    Add(line.substr(0, equals), line.substr(std::min(equals + 1, line.size())));
+    lines.remove_prefix(std::min(end + 1, lines.size()));
+  }
+}
+
+std::string ArtifactKey::Digest() const {
+  Fingerprint fingerprint;
+  fingerprint.Add(std::string_view(text_));
+  return fingerprint.Hex();
+}
+
+ArtifactStore::ArtifactStore(std::string folder, std::function<void(const std::string&)> report)
+    : folder_(std::move(folder)), report_(std::move(report)) {}
+
+std::string ArtifactStore::PathOf(const std::string& name) const {
+  return (fs::path(folder_) / (name + std::string(kExtension))).string();
+}
+
+bool ArtifactStore::Load(const std::string& name, const ArtifactKey& key,
+                         std::string* bytes) const {
+  std::error_code error;
+  if (!keeps() || !fs::exists(PathOf(name), error)) return false;
+  Opened opened = Open(PathOf(name));
+  if (opened.fault.empty()) {
+    if (opened.key != key.text()) return false;
+    bytes->resize(opened.header.payload_bytes);
+    opened.file.read(bytes->data(), static_cast<std::streamsize>(bytes->size()));
+    const bool whole = opened.file && DigestOf(opened.key, *bytes) == opened.header.digest;
+    if (whole) return true;
+    opened.fault = "its checksum does not fit its content";
+  }
+  if (report_) {
+    report_(fmt::format("{} is damaged: {}; it is made anew", PathOf(name), opened.fault));
+  }
+  return false;
+}
+
+void ArtifactStore::Store(const std::string& name, const ArtifactKey& key,
+                          std::string_view bytes) const {
+  if (!keeps()) return;
+  const std::string path = PathOf(name);
+  std::error_code error;
+  fs::create_directories(fs::path(path).parent_path(), error);  // the file tells what is wrong
+  AtomicFile file(path);
+  file.Write(HeaderBytes(key.text(), bytes));
+  file.Write(key.text());
+  file.Write(bytes);
+  file.Commit();
+}
+
+ArtifactState ArtifactStore::Look(const std::string& name, const ArtifactKey& key) const {
+  std::error_code error;
+  if (!keeps() || !fs::exists(PathOf(name), error)) return {};
+  const Opened opened = Open(PathOf(name));
+  if (!opened.fault.empty()) return {ArtifactState::Kind::kDamaged, {opened.fault}, {}};
+  if (opened.key == key.text()) return {ArtifactState::Kind::kUpToDate, {}, opened.key};
+  return {ArtifactState::Kind::kOutdated, DifferingLines(opened.key, key.text()), opened.key};
+}
+
+std::vector<std::string> ArtifactStore::Names(const std::string& prefix) const {
+  std::vector<std::string> names;
+  if (!keeps()) return names;
+  std::error_code error;
+  const fs::path root(folder_);
+  for (const auto& entry : fs::recursive_directory_iterator(root / prefix, error)) {
+    if (entry.path().extension() != kExtension) continue;
+    names.push_back(entry.path().lexically_relative(root).replace_extension().string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+void ArtifactStore::Remove(const std::string& name) const {
+  std::error_code error;
+  if (keeps()) fs::remove(PathOf(name), error);
+}
+
+std::vector<std::string> DifferingLines(std::string_view a, std::string_view b) {
+  const auto lines_a = LinesOf(a);
+  const auto lines_b = LinesOf(b);
+  std::set<std::string> names;
+  const auto add_missing = [&](const auto& from, const auto& in) {
+    for (const auto& [name, value] : from) {
+      const auto [begin, end] = in.equal_range(name);
+      const bool there = std::any_of(begin, end, [&v = value](const auto& l) { return l.second == v; });
+      if (!there) names.insert(name);
+    }
+  };
+  add_missing(lines_a, lines_b);
+  add_missing(lines_b, lines_a);
+  return {names.begin(), names.end()};
+}
+
+}  // namespace backsight

@@ -1,0 +1,89 @@
+#include "io/folder_lock.h"
+
+#include <fcntl.h>
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <filesystem>
+#include <sstream>
+
+#include "core/error.h"
+#include "io/temporary_file.h"
+
+namespace backsight {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string PathOf(const std::string& folder) { return (fs::path(folder) / "run.lock").string(); }
+
+struct flock WholeFile() {
+  struct flock whole {};
+  whole.l_type = F_WRLCK;
+  whole.l_whence = SEEK_SET;
+  return whole;
+}
+
+std::string HostName() {
+  std::array<char, 256> name{};
+  ::gethostname(name.data(), name.size() - 1);
+  return name.data();
+}
+
+std::string Introduction() {
+  const auto now = std::chrono::time_point_cast<std::chrono::seconds>(std::chrono::system_clock::now());
+  return fmt::format("{} {} {:%Y-%m-%dT%H:%M:%SZ}\n", HostName(), ::getpid(), now);
+}
+
+LockHolder ReadHolder(int file) {
+  std::array<char, 512> text{};
+  const ssize_t size = ::pread(file, text.data(), text.size() - 1, 0);
+  std::istringstream words(size > 0 ? std::string(text.data(), static_cast<std::size_t>(size)) : "");
+  LockHolder holder;
+  if (!(words >> holder.host >> holder.process >> holder.since_utc)) return {"unknown", 0, "unknown"};
+  return holder;
+}
+
+}  // namespace
+
+FolderLock::FolderLock(const std::string& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);  // opening the file tells what is wrong
+  const std::string path = PathOf(folder);
+  file_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+  if (file_ < 0) ThrowFileError(path, "cannot be written");
+  struct flock whole = WholeFile();
+  if (::fcntl(file_, F_OFD_SETLK, &whole) == 0) {
+    if (::ftruncate(file_, 0) != 0) ThrowFileError(path, "cannot be written");
+    WriteAt(file_, 0, Introduction(), path);
+    return;
+  }
+  if (errno == EAGAIN || errno == EACCES) {
+    holder_ = ReadHolder(file_);
+    return;
+  }
+  throw InputError({path, fmt::format("cannot be locked: {}", std::strerror(errno)),
+                    "a file system that knows locks",
+                    "put the work folder elsewhere (--work), or mount it with locking"});
+}
+
+FolderLock::~FolderLock() {
+  if (file_ >= 0) ::close(file_);  // which frees the lock
+}
+
+std::optional<LockHolder> HolderOf(const std::string& folder) {
+  const int file = ::open(PathOf(folder).c_str(), O_RDWR | O_CLOEXEC);
+  if (file < 0) return std::nullopt;
+  struct flock whole = WholeFile();
+  std::optional<LockHolder> holder;
+  if (::fcntl(file, F_OFD_GETLK, &whole) == 0 && whole.l_type != F_UNLCK) holder = ReadHolder(file);
+  ::close(file);
+  return holder;
+}
+
+}  // namespace backsight

@@ -1,0 +1,161 @@
+#include "pipeline/artifacts/artifact_keys.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "core/archive.h"
+#include "core/fingerprint.h"
+
+namespace backsight {
+
+template <class Archive>
+void Transfer(Archive& archive, ControlMeasurement& measurement) {
+  archive(measurement.station, measurement.xyz_m);
+}
+
+template <class Archive>
+void Transfer(Archive& archive, ControlPoint& point) {
+  archive(point.crs_m, point.sigma_m, point.role, point.measured);
+}
+
+namespace {
+
+std::string DigestOf(const std::string& bytes) {
+  Fingerprint fingerprint;
+  fingerprint.Add(std::string_view(bytes));
+  return fingerprint.Hex();
+}
+
+void AddOptions(const SurveyOptions& options, const std::vector<std::string>& sections,
+                ArtifactKey* key) {
+  SurveyOptions copy = options;  // visitors may change what they visit
+  for (const OptionSection& section : OptionSections(copy)) {
+    const bool wanted =
+        std::find(sections.begin(), sections.end(), section.name) != sections.end();
+    if (wanted) key->AddLines(CanonicalText(section));
+  }
+}
+
+std::string ColumnsText(const TextColumns& columns) {
+  std::string text;
+  for (const TextColumn column : columns) {
+    text += (text.empty() ? "" : ",") + TextColumnNames()[static_cast<std::size_t>(column)];
+  }
+  return text;
+}
+
+std::string PriorText(const std::optional<StationPrior>& prior) {
+  if (!prior) return "none";
+  return fmt::format("{} {:a} {:a}", DigestOf(std::vector{prior->survey_from_station}), prior->sigma_m,
+                     prior->sigma_deg);
+}
+
+/// What pairs and networks take of a station.
+void AddStation(const std::string& role, const Station& station, ArtifactKey* key) {
+  const StationSpec& spec = station.spec;
+  key->Add(role, station.usable() ? station.digest : "unusable");
+  key->Add(role + " levelled",
+           spec.levelled ? fmt::format("{:a} deg", spec.level_sigma_deg) : "no");
+  key->Add(role + " prior", PriorText(spec.prior));
+}
+
+void AddStations(const std::vector<Station>& stations, ArtifactKey* key) {
+  for (const Station& station : stations) AddStation("station " + station.spec.id, station, key);
+}
+
+}  // namespace
+
+const std::string& ProgramDigest() {
+  static const std::string digest = FingerprintFile("/proc/self/exe");
+  return digest;
+}
+
+std::string DigestOf(const std::vector<RigidTransform>& motions) {
+  return DigestOf(ToBytes(motions));
+}
+
+ArtifactKey StageKey(const KeyBase& base, std::string_view stage,
+                     const std::vector<std::string>& sections) {
+  ArtifactKey key;
+  key.Add("stage", stage);
+  key.Add("program", ProgramDigest());
+  key.Add("seed", std::to_string(base.seed));
+  AddOptions(base.options, sections, &key);
+  return key;
+}
+
+ArtifactKey StationKey(const KeyBase& base, const StationSpec& spec,
+                       const std::string& scan_fingerprint) {
+  ArtifactKey key =
+      StageKey(base, "station", {"registration", "features", "matching", "coarse"});
+  key.Add("id", spec.id);
+  key.Add("scan", scan_fingerprint);
+  key.Add("scan_index", std::to_string(spec.scan_index));
+  key.Add("columns", ColumnsText(spec.columns));
+  key.Add("scanner_origin_m",
+          spec.scanner_origin_m ? DigestOf(ToBytes(*spec.scanner_origin_m))
+                                : "not given");
+  return key;
+}
+
+ArtifactKey PairKey(const KeyBase& base, std::string_view method, const Station& source,
+                    const Station& target, const std::vector<RigidTransform>& motions,
+                    const std::string& before) {
+  ArtifactKey key = StageKey(base, "pair", {"matching", "coarse", "fine", "verification"});
+  key.Add("method", method);
+  AddStation("source " + source.spec.id, source, &key);
+  AddStation("target " + target.spec.id, target, &key);
+  key.Add("motion", DigestOf(motions));
+  key.Add("before", before);
+  return key;
+}
+
+ArtifactKey RankingKey(const KeyBase& base, const std::vector<Station>& stations,
+                       const std::vector<char>& may_be_tried) {
+  ArtifactKey key = StageKey(base, "ranking", {"pair_selection"});
+  AddStations(stations, &key);
+  key.Add("may_be_tried", DigestOf(ToBytes(may_be_tried)));
+  return key;
+}
+
+ArtifactKey NetworkKey(const KeyBase& base, const std::vector<Station>& stations,
+                       const std::vector<Pair>& pairs) {
+  ArtifactKey key =
+      StageKey(base, "network", {"verification", "network", "placement_check", "refinement"});
+  AddStations(stations, &key);
+  for (const Pair& pair : pairs) {
+    const auto id = [&](int s) { return stations[static_cast<std::size_t>(s)].spec.id; };
+    key.Add(fmt::format("pair {} {}", id(pair.source), id(pair.target)),
+            pair.fault.empty() ? pair.digest : "failed");
+  }
+  return key;
+}
+
+ArtifactKey MovingKey(const KeyBase& base, const std::string& network_digest) {
+  ArtifactKey key = StageKey(base, "moving", {"moving_objects"});
+  key.Add("network", network_digest);
+  return key;
+}
+
+ArtifactKey OutputsKey(const KeyBase& base, const SurveyProject& project,
+                       const std::string& network_digest) {
+  ArtifactKey key = StageKey(base, "output", {"georeferencing", "moving_objects"});
+  key.Add("network", network_digest);
+  key.Add("crs", project.crs ? project.crs->horizontal + " " + project.crs->vertical : "none");
+  for (const ControlPoint& point : project.control) {
+    key.Add("control " + point.id, DigestOf(ToBytes(point)));
+  }
+  return key;
+}
+
+std::string PairArtifactName(const std::string& source, const std::string& target,
+                             std::string_view method) {
+  return fmt::format("pairs/{}__{}/{}", source, target, method);
+}
+
+std::string StationArtifactName(const std::string& station) {
+  return "stations/" + station + "/station";
+}
+
+}  // namespace backsight

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "io/artifact_store.h"
+#include "io/survey_project.h"
+#include "pipeline/pair_pipeline.h"
+#include "pipeline/survey_options.h"
+
+namespace backsight {
+
+/// What the keys of a run's artifacts have in common.
+struct KeyBase {
+  const SurveyOptions& options;
+  std::uint64_t seed = 0;
+};
+
+/// Fingerprint of the program that runs, so that no result outlives the code that made it.
+const std::string& ProgramDigest();
+
+/// Stage, program, seed, and the named sections of the options (SurveyOptions).
+ArtifactKey StageKey(const KeyBase& base, std::string_view stage,
+                     const std::vector<std::string>& sections);
+
+/// Of one station, from its scan's fingerprint on.
+ArtifactKey StationKey(const KeyBase& base, const StationSpec& spec,
+                       const std::string& scan_fingerprint);
+
+/// Of one attempt at a pair. The lines `motion` and `before` say what it starts from: motions that
+/// the network proposes, and the digest of the attempt that it builds on (empty: none).
+ArtifactKey PairKey(const KeyBase& base, std::string_view method, const Station& source,
+                    const Station& target, const std::vector<RigidTransform>& motions,
+                    const std::string& before);
+
+/// Of the ranking of pairs; `may_be_tried`: of all of them in their order.
+ArtifactKey RankingKey(const KeyBase& base, const std::vector<Station>& stations,
+                       const std::vector<char>& may_be_tried);
+
+/// Of the network that the pairs make.
+ArtifactKey NetworkKey(const KeyBase& base, const std::vector<Station>& stations,
+                       const std::vector<Pair>& pairs);
+
+/// Of what moved in a network.
+ArtifactKey MovingKey(const KeyBase& base, const std::string& network_digest);
+
+/// What all clouds and maps of a project depend on.
+ArtifactKey OutputsKey(const KeyBase& base, const SurveyProject& project,
+                       const std::string& network_digest);
+
+/// "pairs/S2__S1/full": where an attempt is stored.
+std::string PairArtifactName(const std::string& source, const std::string& target,
+                             std::string_view method);
+std::string StationArtifactName(const std::string& station);
+inline constexpr const char* kRankingName = "network/ranking";
+inline constexpr const char* kNetworkName = "network/network";
+inline constexpr const char* kMovingName = "network/moving";
+
+/// Digest of motions, exact.
+std::string DigestOf(const std::vector<RigidTransform>& motions);
+
+}  // namespace backsight

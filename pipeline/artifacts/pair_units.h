@@ -1,0 +1,52 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "pipeline/artifacts/artifact_keys.h"
+#include "pipeline/pair_pipeline.h"
+#include "stages/pair_selection.h"
+
+namespace backsight {
+
+/// What one attempt at a pair does, and from what.
+struct PairAttempt {
+  std::string_view method;              ///< "full", "predicted", "thorough", "symmetries"
+  std::vector<RigidTransform> motions;  ///< target_from_source, proposed by others
+};
+
+/// Attempts at pairs as units of work: what the store holds is not computed again, what was
+/// computed without a fault is stored. Safe to use from several threads.
+class PairUnits {
+ public:
+  /// All must outlive it.
+  PairUnits(const std::vector<Station>& stations, const SurveyOptions& options,
+            const ExecutionContext& context, const ArtifactStore& store)
+      : stations_(stations), options_(options), context_(context), store_(store) {}
+
+  /// `predicted`: of PairMethod::kPredicted.
+  void Register(PairMethod method, const std::optional<RigidTransform>& predicted,
+                Pair* pair) const;
+
+  /// Has an accepted pair compete with the motions, until one makes it doubtful.
+  void Challenge(std::vector<RigidTransform> motions, Pair* pair) const;
+
+  const std::vector<Station>& stations() const { return stations_; }
+  const SurveyOptions& options() const { return options_; }
+  const ExecutionContext& context() const { return context_; }
+  const ArtifactStore& store() const { return store_; }
+
+ private:
+  /// `compute` says whether it ran to its end.
+  void Run(const PairAttempt& attempt, const std::function<bool(Pair*)>& compute,
+           Pair* pair) const;
+
+  const std::vector<Station>& stations_;
+  const SurveyOptions& options_;
+  const ExecutionContext& context_;
+  const ArtifactStore& store_;
+};
+
+}  // namespace backsight

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "pipeline/station_pipeline.h"
+
+namespace backsight {
+
+/// What is computed of a usable station, as bytes; neither what the project says of it nor what its
+/// model implies (index, range image).
+std::string StationBytes(const Station& station);
+
+/// Fills what StationBytes keeps, and what follows from it, into a station whose `spec` is set.
+/// Throws DamagedArchive.
+void RestoreStation(std::string_view bytes, Station* station);
+
+}  // namespace backsight

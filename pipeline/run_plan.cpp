@@ -1,0 +1,206 @@
+#include "pipeline/run_plan.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <functional>
+#include <iterator>
+
+#include "core/error.h"
+#include "core/fingerprint.h"
+#include "pipeline/artifacts/artifact_keys.h"
+#include "pipeline/artifacts/output_units.h"
+#include "pipeline/artifacts/scan_fingerprints.h"
+#include "pipeline/cloud_outputs.h"
+#include "pipeline/map_output.h"
+#include "pipeline/output_files.h"
+
+namespace backsight {
+namespace {
+
+using Kind = ArtifactState::Kind;
+
+/// Lines of a key that depend on results, which a plan does not know.
+bool DependsOnResults(const std::string& line) {
+  return line == "motion" || line == "before" || line == "member" || line == "component" ||
+         line == "path" || line.starts_with("pair ");
+}
+
+std::string Join(const std::vector<std::string>& names) {
+  constexpr std::size_t kMost = 5;
+  const std::size_t shown = std::min(names.size(), kMost);
+  return fmt::format("{}{}", fmt::join(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(shown), ", "),
+                     names.size() > shown ? fmt::format(" and {} more", names.size() - shown) : "");
+}
+
+class Planner {
+ public:
+  Planner(const SurveyProject& project, const SurveyOptions& options, std::uint64_t seed,
+          const ArtifactStore& store)
+      : project_(project), base_{options, seed}, store_(store) {}
+
+  RunPlan Make(const std::string& out_directory) {
+    for (const StationSpec& spec : project_.stations) PlanStation(spec);
+    PlanPairs();
+    PlanNetwork();
+    PlanOutputs(out_directory);
+    return std::move(plan_);
+  }
+
+ private:
+  /// `causes`: what it depends on and is not up to date.
+  PlanItem Judge(const std::string& unit, const std::string& name, const ArtifactKey& wanted,
+                 const std::vector<std::string>& causes) {
+    ArtifactState state = store_.Look(name, wanted);
+    PlanItem item{unit, state.kind, ""};
+    if (state.kind == Kind::kDamaged) item.why = state.why.front();
+    if (state.kind == Kind::kMissing && !causes.empty()) item.why = "after " + Join(causes);
+    if (state.kind != Kind::kOutdated && state.kind != Kind::kUpToDate) return item;
+    std::vector<std::string> changed;
+    std::copy_if(state.why.begin(), state.why.end(), std::back_inserter(changed),
+                 [](const std::string& line) { return !DependsOnResults(line); });
+    if (changed.empty()) changed = causes;
+    item.state = changed.empty() ? Kind::kUpToDate : Kind::kOutdated;
+    item.why = Join(changed);
+    return item;
+  }
+
+  static std::vector<std::string> Undone(const std::vector<PlanItem>& items) {
+    std::vector<std::string> undone;
+    for (const PlanItem& item : items) {
+      if (!item.done()) undone.push_back(item.unit);
+    }
+    return undone;
+  }
+
+  void PlanStation(const StationSpec& spec) {
+    Station station;
+    station.spec = spec;
+    PlanItem item{"station " + spec.id, Kind::kMissing, ""};
+    const std::string name = StationArtifactName(spec.id);
+    try {
+      if (store_.Look(name, {}).kind == Kind::kMissing) {
+        station.digest = "unknown";
+      } else {
+        const ArtifactKey key = StationKey(base_, spec, scans_.Of(spec.scan));
+        station.digest = key.Digest();
+        item = Judge(item.unit, name, key, {});
+      }
+    } catch (const InputError& error) {
+      station.fault = error.what();
+      item.why = error.what();
+    }
+    stations_.push_back(std::move(station));
+    plan_.stations.push_back(std::move(item));
+  }
+
+  std::vector<std::string> UndoneEnds(std::size_t source, std::size_t target) const {
+    std::vector<std::string> undone;
+    for (const std::size_t s : {target, source}) {
+      if (!plan_.stations[s].done()) undone.push_back(plan_.stations[s].unit);
+    }
+    return undone;
+  }
+
+  void PlanPairs() {
+    const auto usable = static_cast<int>(std::count_if(
+        stations_.begin(), stations_.end(), [](const Station& s) { return s.usable(); }));
+    const bool all = IsExhaustive(usable, base_.options.pair_selection);
+    for (const Pair& pair : backsight::PlanPairs(stations_, project_.pairs)) {
+      const auto s = static_cast<std::size_t>(pair.source);
+      const auto t = static_cast<std::size_t>(pair.target);
+      for (const std::string_view method : {"full", "predicted", "thorough", "symmetries"}) {
+        const std::string name =
+            PairArtifactName(stations_[s].spec.id, stations_[t].spec.id, method);
+        const bool wanted = all && method == "full";
+        if (!wanted && store_.Look(name, {}).kind == Kind::kMissing) continue;
+        const std::string unit = fmt::format("pair {} {} {}", stations_[s].spec.id,
+                                             stations_[t].spec.id, method);
+        const ArtifactKey key = PairKey(base_, method, stations_[s], stations_[t], {}, "");
+        plan_.pairs.push_back(Judge(unit, name, key, UndoneEnds(s, t)));
+      }
+    }
+  }
+
+  void PlanNetwork() {
+    std::vector<std::string> causes = Undone(plan_.stations);
+    for (std::string& pair : Undone(plan_.pairs)) causes.push_back(std::move(pair));
+    plan_.network.push_back(
+        Judge("network", kNetworkName, NetworkKey(base_, stations_, {}), causes));
+    network_digest_ = DigestOfStored(kNetworkName);
+    plan_.network.push_back(Judge("moving objects", kMovingName,
+                                  MovingKey(base_, network_digest_), Undone(plan_.network)));
+  }
+
+  std::string DigestOfStored(const std::string& name) const {
+    Fingerprint fingerprint;
+    fingerprint.Add(std::string_view(store_.Look(name, {}).key_text));
+    return fingerprint.Hex();
+  }
+
+  void PlanOutputs(const std::string& out_directory) {
+    const ArtifactKey base = OutputsKey(base_, project_, network_digest_);
+    for (const CloudOutput& cloud : MergedOutputs(project_, out_directory)) {
+      PlanOutput(cloud.path, CloudKey(cloud, {}, base));
+    }
+    for (const Station& station : stations_) {
+      if (!project_.outputs.stations) break;
+      CloudOutput cloud = *project_.outputs.stations;
+      cloud.path = StationCloudPath(cloud, station.spec.id);
+      PlanOutput(cloud.path, CloudKey(cloud, {}, base));
+    }
+    const MapOutput map = WantedMap(project_, out_directory);
+    if (!map.path.empty()) PlanOutput(map.path, MapKey(map, 0, base));
+  }
+
+  void PlanOutput(const std::string& path, const ArtifactKey& key) {
+    PlanItem item = Judge(path, OutputArtifactName(path), key, Undone(plan_.network));
+    std::error_code error;
+    if (item.done() && !std::filesystem::exists(path, error)) {
+      item.state = Kind::kMissing;
+      item.why = "the file is gone";
+    }
+    plan_.outputs.push_back(std::move(item));
+  }
+
+  const SurveyProject& project_;
+  KeyBase base_;
+  const ArtifactStore& store_;
+  ScanFingerprints scans_{store_};
+  std::vector<Station> stations_;  // of what a project says, with their digests
+  std::string network_digest_;
+  RunPlan plan_;
+};
+
+bool AllDone(const std::vector<PlanItem>& items) {
+  return std::all_of(items.begin(), items.end(), [](const PlanItem& item) { return item.done(); });
+}
+
+}  // namespace
+
+bool RunPlan::done() const {
+  return AllDone(stations) && AllDone(pairs) && AllDone(network) && AllDone(outputs);
+}
+
+RunPlan MakeRunPlan(const SurveyProject& project, const SurveyOptions& options, std::uint64_t seed,
+                    const std::string& out_directory, const ArtifactStore& store) {
+  return Planner(project, options, seed, store).Make(out_directory);
+}
+
+std::string ToString(ArtifactState::Kind kind) {
+  switch (kind) {
+    case Kind::kUpToDate:
+      return "up to date";
+    case Kind::kMissing:
+      return "missing";
+    case Kind::kOutdated:
+      return "outdated";
+    case Kind::kDamaged:
+      return "damaged";
+  }
+  throw InternalError("an artifact state without a name");
+}
+
+}  // namespace backsight

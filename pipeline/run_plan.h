@@ -1,0 +1,40 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "io/artifact_store.h"
+#include "io/survey_project.h"
+#include "pipeline/survey_options.h"
+
+namespace backsight {
+
+/// A piece of work and whether it has to be done.
+struct PlanItem {
+  std::string unit;  ///< "station S1", "pair S2 S1 full", "network", "out/merged.las"
+  ArtifactState::Kind state = ArtifactState::Kind::kMissing;
+  std::string why;  ///< what changed, what is damaged, or what it depends on; may be empty
+
+  bool done() const { return state == ArtifactState::Kind::kUpToDate; }
+};
+
+/// What a run would do, as far as can be said without doing it: pairs that only a growing network
+/// would propose are not in it.
+struct RunPlan {
+  std::vector<PlanItem> stations;
+  std::vector<PlanItem> pairs;
+  std::vector<PlanItem> network;  ///< and what moved
+  std::vector<PlanItem> outputs;
+
+  bool done() const;
+};
+
+/// Compares what the store holds with the project. Reads scans only where their fingerprints are
+/// not known. `seed`: of the run.
+RunPlan MakeRunPlan(const SurveyProject& project, const SurveyOptions& options, std::uint64_t seed,
+                    const std::string& out_directory, const ArtifactStore& store);
+
+/// "up to date", "missing", "outdated", "damaged".
+std::string ToString(ArtifactState::Kind kind);
+
+}  // namespace backsight
