@@ -10,8 +10,9 @@ namespace backsight {
 
 struct RunArguments {
   std::string project;
-  std::string out;   ///< empty: out/ beside the project file
-  int threads = -1;  ///< -1: as the project file says; 0: all cores
+  std::string out;       ///< empty: out/ beside the project file
+  std::string log_json;  ///< event log, empty for none
+  int threads = -1;      ///< -1: as the project file says; 0: all cores
   bool quiet = false;
   bool verbose = false;
 };

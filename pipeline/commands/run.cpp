@@ -3,7 +3,6 @@
 #include <sys/resource.h>
 
 #include <chrono>
-#include <csignal>
 #include <filesystem>
 
 #include "core/error.h"
@@ -13,10 +12,10 @@
 #include "pipeline/commands/commands.h"
 #include "pipeline/georeference_network.h"
 #include "pipeline/output_files.h"
+#include "pipeline/run_events.h"
 #include "pipeline/run_outputs.h"
 #include "pipeline/stop_signal.h"
 #include "pipeline/survey_pipeline.h"
-#include "pipeline/terminal_events.h"
 #include "pipeline/version.h"
 
 namespace backsight {
@@ -69,11 +68,20 @@ TerminalEvents::Verbosity VerbosityOf(const RunArguments& arguments) {
                            : TerminalEvents::Verbosity::kNormal;
 }
 
-}  // namespace
+RunStart DescribeStart(const SurveyProject& project, const SurveyOptions& options, int threads,
+                       const std::string& out) {
+  Fingerprint fingerprint;
+  fingerprint.Add(EffectiveOptions(options));
+  return {.project = project.path,
+          .name = project.name,
+          .out = out,
+          .stations = static_cast<int>(project.stations.size()),
+          .threads = threads,
+          .options_fingerprint = fingerprint.Hex()};
+}
 
-int RunCommand(const RunArguments& arguments) {
+int RunProject(const RunArguments& arguments, const std::stop_token& stop, RunEvents* events) {
   const Clock::time_point start = Clock::now();
-  const std::stop_token stop = InstallStopSignals();
   SurveyOptions options;
   const SurveyProject project = ReadSurveyProject(arguments.project, OptionSections(options));
   const auto frame = MakeControlFrame(project);  // refuses what no network could mend
@@ -82,17 +90,27 @@ int RunCommand(const RunArguments& arguments) {
       !arguments.out.empty() ? arguments.out : UsualOutDirectory(arguments.project);
   RequireFreeNames(project, out);
   MakeDirectories(out);
-  TerminalEvents events(VerbosityOf(arguments));
   const int threads = arguments.threads >= 0 ? arguments.threads : project.resources.threads;
-  const ExecutionContext context(threads, /*seed=*/0, &events, stop);
+  const ExecutionContext context(threads, /*seed=*/0, events->sink(), stop);
+  events->Started(DescribeStart(project, options, context.threads(), out));
+  const SurveyRun run = RunSurvey(project, options, frame, out, context);
+  WriteManifest(project, options, run, start, context.threads(), out);
+  return events->Finished(run.record.exit_code, run.record.verdict,
+                          (fs::path(out) / "report.html").string());
+}
+
+}  // namespace
+
+int RunCommand(const RunArguments& arguments) {
+  const std::stop_token stop = InstallStopSignals();
+  RunEvents events(VerbosityOf(arguments), arguments.log_json);
   try {
-    const SurveyRun run = RunSurvey(project, options, frame, out, context);
-    WriteManifest(project, options, run, start, context.threads(), out);
-    fmt::print("{} Report: {}\n", run.record.verdict, (fs::path(out) / "report.html").string());
-    return run.record.exit_code;
+    return RunProject(arguments, stop, &events);
   } catch (const Interrupted&) {
-    fmt::print(stderr, "interrupted; start the same command again to run it anew\n");
-    return StopSignal() == SIGTERM ? kTerminated : kInterrupted;
+    return events.Interrupted(StopSignal());
+  } catch (const std::exception& error) {
+    events.Failed(error);
+    throw;
   }
 }
 
