@@ -58,7 +58,7 @@ check-format: ## fail where a source is not formatted
 .PHONY: lint
 lint: configure ## source rules, shellcheck and clang-tidy
 	python3 tests/lint/source_rules.py
-	shellcheck .ci/run tests/lint/clang_tidy
+	shellcheck .ci/run docs/nightly/mail_summary tests/lint/clang_tidy
 	JOBS=$(JOBS) tests/lint/clang_tidy build/release
 
 .PHONY: sanitize

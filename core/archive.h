@@ -66,10 +66,8 @@ class ArchiveReader {
 };
 
 template <class Archive, class Number>
-  requires std::is_arithmetic_v<Number> || std::is_enum_v<Number>
-void Transfer(Archive& archive, Number& number) {
-  archive.Raw(&number, sizeof(number));
-}
+requires std::is_arithmetic_v<Number> || std::is_enum_v<Number>
+void Transfer(Archive& archive, Number& number) { archive.Raw(&number, sizeof(number)); }
 
 /// How many elements follow; never more than the bytes that are left could hold.
 template <class Archive>

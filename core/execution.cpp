@@ -32,6 +32,10 @@ void ExecutionContext::Progress(std::string_view stage, std::size_t done, std::s
   if (events_ != nullptr) events_->Progress(stage, done, total);
 }
 
+void ExecutionContext::StageFinished(std::string_view stage, double seconds) const {
+  if (events_ != nullptr) events_->StageFinished(stage, seconds);
+}
+
 void ExecutionContext::CheckStop() const {
   if (stop_.stop_requested()) throw Interrupted();
 }

@@ -17,6 +17,8 @@ class EventSink {
   virtual void Message(Level level, std::string_view text) = 0;
   /// `done` of `total` units of `stage` are finished.
   virtual void Progress(std::string_view stage, std::size_t done, std::size_t total) = 0;
+  /// A step of the run has ended. Its units, if it counts any, may bear other stages' names.
+  virtual void StageFinished(std::string_view stage, double seconds) = 0;
 };
 
 /// What every stage is handed: threads, seed, events, stop request. Cheap to copy.
@@ -32,6 +34,7 @@ class ExecutionContext {
   void Info(std::string_view text) const { Send(EventSink::Level::kInfo, text); }
   void Warning(std::string_view text) const { Send(EventSink::Level::kWarning, text); }
   void Progress(std::string_view stage, std::size_t done, std::size_t total) const;
+  void StageFinished(std::string_view stage, double seconds) const;
 
   /// Throws Interrupted if a stop was requested. Call it between units of work.
   void CheckStop() const;

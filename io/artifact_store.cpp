@@ -103,7 +103,9 @@ void ArtifactKey::Add(std::string_view name, std::string_view value) {
   text_ += '\n';
 }
 
-void ArtifactKey::Add(std::string_view name, double value) { Add(name, fmt::format("{:a}", value)); }
+void ArtifactKey::Add(std::string_view name, double value) {
+  Add(name, fmt::format("{:a}", value));
+}
 
 void ArtifactKey::AddLines(std::string_view lines) {
   while (!lines.empty()) {
@@ -194,7 +196,8 @@ std::vector<std::string> DifferingLines(std::string_view a, std::string_view b) 
   const auto add_missing = [&](const auto& from, const auto& in) {
     for (const auto& [name, value] : from) {
       const auto [begin, end] = in.equal_range(name);
-      const bool there = std::any_of(begin, end, [&v = value](const auto& l) { return l.second == v; });
+      const bool there =
+          std::any_of(begin, end, [&v = value](const auto& l) { return l.second == v; });
       if (!there) names.insert(name);
     }
   };

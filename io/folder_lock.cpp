@@ -36,16 +36,19 @@ std::string HostName() {
 }
 
 std::string Introduction() {
-  const auto now = std::chrono::time_point_cast<std::chrono::seconds>(std::chrono::system_clock::now());
+  const auto now =
+      std::chrono::time_point_cast<std::chrono::seconds>(std::chrono::system_clock::now());
   return fmt::format("{} {} {:%Y-%m-%dT%H:%M:%SZ}\n", HostName(), ::getpid(), now);
 }
 
 LockHolder ReadHolder(int file) {
   std::array<char, 512> text{};
   const ssize_t size = ::pread(file, text.data(), text.size() - 1, 0);
-  std::istringstream words(size > 0 ? std::string(text.data(), static_cast<std::size_t>(size)) : "");
+  std::istringstream words(size > 0 ? std::string(text.data(), static_cast<std::size_t>(size))
+                                    : "");
   LockHolder holder;
-  if (!(words >> holder.host >> holder.process >> holder.since_utc)) return {"unknown", 0, "unknown"};
+  if (!(words >> holder.host >> holder.process >> holder.since_utc))
+    return {"unknown", 0, "unknown"};
   return holder;
 }
 
@@ -57,6 +60,15 @@ FolderLock::FolderLock(const std::string& folder) {
   const std::string path = PathOf(folder);
   file_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
   if (file_ < 0) ThrowFileError(path, "cannot be written");
+  try {
+    Lock(path);
+  } catch (...) {
+    ::close(file_);
+    throw;
+  }
+}
+
+void FolderLock::Lock(const std::string& path) {
   struct flock whole = WholeFile();
   if (::fcntl(file_, F_OFD_SETLK, &whole) == 0) {
     if (::ftruncate(file_, 0) != 0) ThrowFileError(path, "cannot be written");
@@ -64,17 +76,18 @@ FolderLock::FolderLock(const std::string& folder) {
     return;
   }
   if (errno == EAGAIN || errno == EACCES) {
-    holder_ = ReadHolder(file_);
-    return;
+    const LockHolder holder = ReadHolder(file_);
+    throw FolderInUse(fmt::format(
+        "{} is in use: a run is going on {}, process {}, since {}; wait for its end, "
+        "or give another --work and --out",
+        fs::path(path).parent_path().string(), holder.host, holder.process, holder.since_utc));
   }
   throw InputError({path, fmt::format("cannot be locked: {}", std::strerror(errno)),
                     "a file system that knows locks",
                     "put the work folder elsewhere (--work), or mount it with locking"});
 }
 
-FolderLock::~FolderLock() {
-  if (file_ >= 0) ::close(file_);  // which frees the lock
-}
+FolderLock::~FolderLock() { ::close(file_); }  // which frees the lock
 
 std::optional<LockHolder> HolderOf(const std::string& folder) {
   const int file = ::open(PathOf(folder).c_str(), O_RDWR | O_CLOEXEC);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <stdexcept>
 #include <string>
 
 namespace backsight {
@@ -12,25 +13,29 @@ struct LockHolder {
   std::string since_utc;  ///< ISO 8601
 };
 
+/// The folder is in use by another process. The message says which.
+class FolderInUse : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
 /// Keeps a folder for one process at a time, on network file systems too: the system's lock on
 /// `folder`/run.lock, which ends with the process however that ends. The file says who holds it and
 /// stays when nobody does.
 class FolderLock {
  public:
-  /// Makes the folder where it is missing. Throws StorageFailure where it cannot be written, and
-  /// InputError where its file system knows no locks.
+  /// Makes the folder where it is missing. Throws FolderInUse where another process holds the
+  /// lock, StorageFailure where the folder cannot be written, and InputError where its file system
+  /// knows no locks.
   explicit FolderLock(const std::string& folder);
   ~FolderLock();
   FolderLock(const FolderLock&) = delete;
   FolderLock& operator=(const FolderLock&) = delete;
 
-  bool held() const { return !holder_; }
-  /// Of the lock that another process holds.
-  const std::optional<LockHolder>& holder() const { return holder_; }
-
  private:
+  void Lock(const std::string& path);
+
   int file_ = -1;
-  std::optional<LockHolder> holder_;
 };
 
 /// Who holds the lock of the folder now; nobody where there is none.

@@ -3,8 +3,8 @@
 #include <CLI/CLI.hpp>
 #include <exception>
 
-#include "core/error.h"
 #include "pipeline/commands/commands.h"
+#include "pipeline/run_events.h"
 #include "pipeline/survey_pipeline.h"
 #include "pipeline/version.h"
 
@@ -25,6 +25,8 @@ void AddRun(CLI::App& app, int* code) {
   AddFolders(command, &arguments->folders);
   command->add_option("--threads", arguments->threads, "0: all cores")->check(CLI::Range(0, 1024));
   command->add_flag("--dry-run", arguments->dry_run, "only say what would be done, and why");
+  command->add_option("--log-json", arguments->log_json,
+                      "file for events, one JSON object per line; emptied first");
   CLI::Option* quiet = command->add_flag("--quiet", arguments->quiet, "no progress, only warnings");
   command->add_flag("--verbose", arguments->verbose, "details of every step")->excludes(quiet);
   command->callback([=] { *code = RunCommand(*arguments); });
@@ -151,14 +153,8 @@ int Main(int argc, char** argv) {
 int main(int argc, char** argv) {
   try {
     return backsight::Main(argc, argv);
-  } catch (const backsight::StorageFailure& error) {
-    fmt::print(stderr, "error: {}; what is finished is kept\n", error.what());
-    return error.full() ? backsight::kNoRoom : backsight::kBadInput;
-  } catch (const backsight::InputError& error) {
-    fmt::print(stderr, "error: {}\n", error.what());
-    return backsight::kBadInput;
   } catch (const std::exception& error) {
     fmt::print(stderr, "error: {}\n", error.what());
-    return backsight::kInternalFailure;
+    return backsight::ExitCodeOf(error);
   }
 }

@@ -28,6 +28,7 @@ MovingPoints FindMovingPoints(const std::vector<Station>& stations, const Networ
       moving.stations[static_cast<std::size_t>(members[k])] = std::move(found[k]);
     }
   }
+  context.Progress("moving objects", network.parts.size(), network.parts.size());
   return moving;
 }
 

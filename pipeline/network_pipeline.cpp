@@ -214,6 +214,7 @@ void ChooseReported(std::size_t pairs, Network* network) {
 
 Network BuildNetwork(const std::vector<Station>& stations, const std::vector<Pair>& pairs,
                      const SurveyOptions& options, const ExecutionContext& context) {
+  context.Progress("network", 0, 1);
   Network network;
   const std::vector<NetworkLink> links = MakeLinks(pairs, options.verification, &network);
   std::vector<Surface> surfaces;
@@ -233,6 +234,7 @@ Network BuildNetwork(const std::vector<Station>& stations, const std::vector<Pai
   UpdateLinks(links, poses, &network);
   SetStationPoses(stations, poses, covariance, &network);
   ChooseReported(pairs.size(), &network);
+  context.Progress("network", 1, 1);
   return network;
 }
 

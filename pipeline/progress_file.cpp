@@ -17,6 +17,8 @@ ProgressFile::ProgressFile(const std::string& folder) : path_(PathOf(folder)) {}
 
 void ProgressFile::Message(Level, std::string_view) {}
 
+void ProgressFile::StageFinished(std::string_view, double) {}
+
 void ProgressFile::Progress(std::string_view stage, std::size_t done, std::size_t total) {
   const std::scoped_lock lock(mutex_);
   const auto now = std::chrono::steady_clock::now();

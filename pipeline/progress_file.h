@@ -25,6 +25,7 @@ class ProgressFile : public EventSink {
 
   void Message(Level level, std::string_view text) override;
   void Progress(std::string_view stage, std::size_t done, std::size_t total) override;
+  void StageFinished(std::string_view stage, double seconds) override;
 
  private:
   std::string path_;

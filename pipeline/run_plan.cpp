@@ -31,8 +31,9 @@ bool DependsOnResults(const std::string& line) {
 std::string Join(const std::vector<std::string>& names) {
   constexpr std::size_t kMost = 5;
   const std::size_t shown = std::min(names.size(), kMost);
-  return fmt::format("{}{}", fmt::join(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(shown), ", "),
-                     names.size() > shown ? fmt::format(" and {} more", names.size() - shown) : "");
+  return fmt::format(
+      "{}{}", fmt::join(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(shown), ", "),
+      names.size() > shown ? fmt::format(" and {} more", names.size() - shown) : "");
 }
 
 class Planner {
@@ -116,8 +117,8 @@ class Planner {
             PairArtifactName(stations_[s].spec.id, stations_[t].spec.id, method);
         const bool wanted = all && method == "full";
         if (!wanted && store_.Look(name, {}).kind == Kind::kMissing) continue;
-        const std::string unit = fmt::format("pair {} {} {}", stations_[s].spec.id,
-                                             stations_[t].spec.id, method);
+        const std::string unit =
+            fmt::format("pair {} {} {}", stations_[s].spec.id, stations_[t].spec.id, method);
         const ArtifactKey key = PairKey(base_, method, stations_[s], stations_[t], {}, "");
         plan_.pairs.push_back(Judge(unit, name, key, UndoneEnds(s, t)));
       }
@@ -130,8 +131,8 @@ class Planner {
     plan_.network.push_back(
         Judge("network", kNetworkName, NetworkKey(base_, stations_, {}), causes));
     network_digest_ = DigestOfStored(kNetworkName);
-    plan_.network.push_back(Judge("moving objects", kMovingName,
-                                  MovingKey(base_, network_digest_), Undone(plan_.network)));
+    plan_.network.push_back(Judge("moving objects", kMovingName, MovingKey(base_, network_digest_),
+                                  Undone(plan_.network)));
   }
 
   std::string DigestOfStored(const std::string& name) const {

@@ -23,17 +23,20 @@
 namespace backsight {
 namespace {
 
-/// Measures the stages; the times go to the manifest only.
+/// Measures the stages; the times go to the manifest and the events only.
 class StageClock {
  public:
-  explicit StageClock(std::vector<StageTime>* times) : times_(times) {}
+  StageClock(const ExecutionContext& context, std::vector<StageTime>* times)
+      : context_(context), times_(times) {}
   void Finish(const std::string& stage) {
     const auto now = std::chrono::steady_clock::now();
     times_->push_back({stage, std::chrono::duration<double>(now - start_).count()});
+    context_.StageFinished(stage, times_->back().seconds);
     start_ = now;
   }
 
  private:
+  const ExecutionContext& context_;
   std::vector<StageTime>* times_;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
@@ -56,7 +59,7 @@ SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
                     std::shared_ptr<const GeodeticFrame> frame, const std::string& out_directory,
                     const ExecutionContext& context, const ArtifactStore& store) {
   SurveyRun run;
-  StageClock clock(&run.times);
+  StageClock clock(context, &run.times);
 
   const std::vector<Station> stations = LoadStations(project.stations, options, context, store);
   for (const Station& station : stations) run.scan_fingerprints.push_back(station.scan_fingerprint);

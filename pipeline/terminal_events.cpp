@@ -1,54 +1,126 @@
 #include "pipeline/terminal_events.h"
 
-#include <fmt/format.h>
 #include <unistd.h>
 
 #include <cstdio>
+#include <cstdlib>
+#include <utility>
+
+#include "pipeline/progress_text.h"
 
 namespace backsight {
+namespace {
 
-TerminalEvents::TerminalEvents(Verbosity verbosity)
-    : verbosity_(verbosity), is_terminal_(isatty(STDERR_FILENO) != 0) {}
+using std::chrono::milliseconds;
+
+constexpr milliseconds kPlainInterval = std::chrono::seconds(30);
+constexpr milliseconds kRewriteInterval(100);  // faster than anyone reads
+constexpr std::string_view kEraseLine = "\r\x1b[K";
+
+bool CanRewriteLines() {
+  const char* kind = std::getenv("TERM");
+  return isatty(STDERR_FILENO) != 0 && kind != nullptr && std::string_view(kind) != "dumb";
+}
+
+}  // namespace
+
+Console StandardError() {
+  return {.write =
+              [](std::string_view text) {
+                std::fwrite(text.data(), 1, text.size(), stderr);
+                std::fflush(stderr);
+              },
+          .is_terminal = CanRewriteLines(),
+          .now = &std::chrono::steady_clock::now};
+}
+
+TerminalEvents::TerminalEvents(Verbosity verbosity, Console console)
+    : verbosity_(verbosity), console_(std::move(console)) {}
 
 void TerminalEvents::Message(Level level, std::string_view text) {
   if (level == Level::kDebug && verbosity_ != Verbosity::kVerbose) return;
   if (level == Level::kInfo && verbosity_ == Verbosity::kQuiet) return;
-  const std::scoped_lock lock(mutex_);
-  ClearLine();
   const char* prefix = level == Level::kWarning ? "warning: "
                        : level == Level::kError ? "error: "
                                                 : "";
-  fmt::print(stderr, "{}{}\n", prefix, text);
+  const std::scoped_lock lock(mutex_);
+  PrintLine(prefix + std::string(text));
 }
 
 void TerminalEvents::Progress(std::string_view stage, std::size_t done, std::size_t total) {
   if (verbosity_ == Verbosity::kQuiet) return;
   const std::scoped_lock lock(mutex_);
-  if (stage != stage_ || done == 0) {
-    stage_ = stage;
-    shown_ = 0;
-    stage_start_ = std::chrono::steady_clock::now();
-  }
-  if (done < shown_) return;  // a slower thread's older news
-  shown_ = done;
-  const double elapsed =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - stage_start_).count();
+  const Time now = console_.now();
+  if (stage != stage_ || done == 0) BeginStage(stage, now);
+  if (done < done_) return;  // a slower thread's older news
+  done_ = done;
+  total_ = total;
   if (done == total) {
-    ClearLine();
-    fmt::print(stderr, "{:<10} {:>5} of {:<5} {:6.1f} s\n", stage, done, total, elapsed);
-  } else if (is_terminal_) {
-    const double rest =
-        done > 0 ? elapsed / static_cast<double>(done) * static_cast<double>(total - done) : 0.0;
-    fmt::print(stderr, "\r{:<10} {:>5} of {:<5} {:6.1f} s, about {:.0f} s left ", stage, done,
-               total, elapsed, rest);
+    EndStage(now);
+  } else {
+    running_ = true;
+    ShowRunning(now, kRewriteInterval);
+  }
+}
+
+void TerminalEvents::StageFinished(std::string_view stage, double seconds) {
+  if (verbosity_ == Verbosity::kQuiet) return;
+  const std::scoped_lock lock(mutex_);
+  if (stage != stage_) {
+    PrintLine(StageText(stage, seconds));
+  } else if (running_) {
+    EndStage(console_.now());
+  }
+}
+
+void TerminalEvents::Tick() {
+  const std::scoped_lock lock(mutex_);
+  if (running_) ShowRunning(console_.now(), milliseconds(0));
+}
+
+void TerminalEvents::Abandon() {
+  const std::scoped_lock lock(mutex_);
+  ClearLine();
+  running_ = false;
+}
+
+void TerminalEvents::BeginStage(std::string_view stage, Time now) {
+  stage_ = stage;
+  done_ = 0;
+  stage_start_ = now;
+  last_shown_ = now;
+}
+
+void TerminalEvents::EndStage(Time now) {
+  PrintLine(Text(now));
+  running_ = false;
+}
+
+void TerminalEvents::ShowRunning(Time now, milliseconds rewrite_after) {
+  if (!console_.is_terminal) {
+    if (now - last_shown_ < kPlainInterval) return;
+    PrintLine(Text(now));
+  } else {
+    if (line_open_ && now - last_shown_ < rewrite_after) return;
+    console_.write(std::string(kEraseLine) + Text(now));
     line_open_ = true;
   }
-  std::fflush(stderr);
+  last_shown_ = now;
+}
+
+void TerminalEvents::PrintLine(std::string_view text) {
+  ClearLine();
+  console_.write(std::string(text) + "\n");
 }
 
 void TerminalEvents::ClearLine() {
-  if (line_open_) fmt::print(stderr, "\r{:70}\r", "");
+  if (line_open_) console_.write(kEraseLine);
   line_open_ = false;
+}
+
+std::string TerminalEvents::Text(Time now) const {
+  return ProgressText(stage_, done_, total_,
+                      std::chrono::duration<double>(now - stage_start_).count());
 }
 
 }  // namespace backsight

@@ -31,8 +31,7 @@ void AddOptions(const SurveyOptions& options, const std::vector<std::string>& se
                 ArtifactKey* key) {
   SurveyOptions copy = options;  // visitors may change what they visit
   for (const OptionSection& section : OptionSections(copy)) {
-    const bool wanted =
-        std::find(sections.begin(), sections.end(), section.name) != sections.end();
+    const bool wanted = std::find(sections.begin(), sections.end(), section.name) != sections.end();
     if (wanted) key->AddLines(CanonicalText(section));
   }
 }
@@ -47,8 +46,8 @@ std::string ColumnsText(const TextColumns& columns) {
 
 std::string PriorText(const std::optional<StationPrior>& prior) {
   if (!prior) return "none";
-  return fmt::format("{} {:a} {:a}", DigestOf(std::vector{prior->survey_from_station}), prior->sigma_m,
-                     prior->sigma_deg);
+  return fmt::format("{} {:a} {:a}", DigestOf(std::vector{prior->survey_from_station}),
+                     prior->sigma_m, prior->sigma_deg);
 }
 
 /// What pairs and networks take of a station.
@@ -87,15 +86,13 @@ ArtifactKey StageKey(const KeyBase& base, std::string_view stage,
 
 ArtifactKey StationKey(const KeyBase& base, const StationSpec& spec,
                        const std::string& scan_fingerprint) {
-  ArtifactKey key =
-      StageKey(base, "station", {"registration", "features", "matching", "coarse"});
+  ArtifactKey key = StageKey(base, "station", {"registration", "features", "matching", "coarse"});
   key.Add("id", spec.id);
   key.Add("scan", scan_fingerprint);
   key.Add("scan_index", std::to_string(spec.scan_index));
   key.Add("columns", ColumnsText(spec.columns));
   key.Add("scanner_origin_m",
-          spec.scanner_origin_m ? DigestOf(ToBytes(*spec.scanner_origin_m))
-                                : "not given");
+          spec.scanner_origin_m ? DigestOf(ToBytes(*spec.scanner_origin_m)) : "not given");
   return key;
 }
 

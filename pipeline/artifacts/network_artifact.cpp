@@ -23,8 +23,8 @@ void Transfer(Archive& archive, TriangleClosure& closure) {
 
 template <class Archive>
 void Transfer(Archive& archive, WeakestDirection& weakest) {
-  archive(weakest.sigma_m, weakest.station, weakest.station_m, weakest.station_deg,
-          weakest.lever_m, weakest.axis);
+  archive(weakest.sigma_m, weakest.station, weakest.station_m, weakest.station_deg, weakest.lever_m,
+          weakest.axis);
 }
 
 template <class Archive>
@@ -37,8 +37,8 @@ template <class Archive>
 void Transfer(Archive& archive, NetworkResult& result) {
   archive(result.poses, result.fate, result.loop_controlled, result.residuals,
           result.link_covariance, result.support, result.sigma_factor, result.cycle_sigma_factor,
-          result.redundancy, result.closures, result.covariance, result.weakest,
-          result.ambiguities, result.removed, result.readmitted, result.moves);
+          result.redundancy, result.closures, result.covariance, result.weakest, result.ambiguities,
+          result.removed, result.readmitted, result.moves);
 }
 
 template <class Archive>

@@ -79,8 +79,7 @@ std::string OutputArtifactName(const std::string& path) {
 }
 
 OutputFiles WriteOnce(const ArtifactStore& store, const std::string& path, ArtifactKey key,
-                      const ExecutionContext& context,
-                      const std::function<OutputFiles()>& write) {
+                      const ExecutionContext& context, const std::function<OutputFiles()>& write) {
   if (!store.keeps()) return write();
   key.Add("path", Absolute(path));
   const std::string name = OutputArtifactName(path);

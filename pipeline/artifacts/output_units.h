@@ -12,8 +12,7 @@ namespace backsight {
 /// Writes an output unless it lies there as an earlier run wrote it: made from the same `key`, with
 /// the same sizes and times of change. `path` names the output.
 OutputFiles WriteOnce(const ArtifactStore& store, const std::string& path, ArtifactKey key,
-                      const ExecutionContext& context,
-                      const std::function<OutputFiles()>& write);
+                      const ExecutionContext& context, const std::function<OutputFiles()>& write);
 
 /// Where WriteOnce keeps what it knows of an output, and under what key.
 std::string OutputArtifactName(const std::string& path);

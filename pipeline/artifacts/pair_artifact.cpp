@@ -13,8 +13,8 @@ void Transfer(Archive& archive, CoarseCandidate& coarse) {
 template <class Archive>
 void Transfer(Archive& archive, FineResult& fine) {
   archive(fine.status, fine.target_from_source, fine.information, fine.planes, fine.rms_m,
-          fine.weakest_sigma_m, fine.weakest_direction, fine.eigenvalue_ratio,
-          fine.surface_matches, fine.iterations, fine.anderson_accepted);
+          fine.weakest_sigma_m, fine.weakest_direction, fine.eigenvalue_ratio, fine.surface_matches,
+          fine.iterations, fine.anderson_accepted);
 }
 
 template <class Archive>

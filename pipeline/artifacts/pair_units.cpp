@@ -67,9 +67,8 @@ void PairUnits::Run(const PairAttempt& attempt, const std::function<bool(Pair*)>
     compute(pair);
     return;
   }
-  const ArtifactKey key =
-      PairKey({options_, context_.seed()}, attempt.method, source, target, attempt.motions,
-              pair->digest);
+  const ArtifactKey key = PairKey({options_, context_.seed()}, attempt.method, source, target,
+                                  attempt.motions, pair->digest);
   const std::string name = PairArtifactName(source.spec.id, target.spec.id, attempt.method);
   std::string bytes;
   if (store_.Load(name, key, &bytes)) {

@@ -40,8 +40,7 @@ class PairUnits {
 
  private:
   /// `compute` says whether it ran to its end.
-  void Run(const PairAttempt& attempt, const std::function<bool(Pair*)>& compute,
-           Pair* pair) const;
+  void Run(const PairAttempt& attempt, const std::function<bool(Pair*)>& compute, Pair* pair) const;
 
   const std::vector<Station>& stations_;
   const SurveyOptions& options_;

@@ -20,7 +20,8 @@ struct RunFolders {
 
 struct RunArguments {
   RunFolders folders;
-  int threads = -1;  ///< -1: as the project file says; 0: all cores
+  std::string log_json;  ///< event log, empty for none
+  int threads = -1;      ///< -1: as the project file says; 0: all cores
   bool quiet = false;
   bool verbose = false;
   bool dry_run = false;  ///< only say what would be done, and why

@@ -3,10 +3,10 @@
 #include <sys/resource.h>
 
 #include <chrono>
-#include <csignal>
 #include <filesystem>
 
 #include "core/error.h"
+#include "core/fingerprint.h"
 #include "io/artifact_store.h"
 #include "io/atomic_file.h"
 #include "io/folder_lock.h"
@@ -14,10 +14,11 @@
 #include "pipeline/commands/commands.h"
 #include "pipeline/georeference_network.h"
 #include "pipeline/output_files.h"
+#include "pipeline/progress_file.h"
+#include "pipeline/run_events.h"
 #include "pipeline/run_outputs.h"
 #include "pipeline/stop_signal.h"
 #include "pipeline/survey_pipeline.h"
-#include "pipeline/terminal_events.h"
 #include "pipeline/version.h"
 
 namespace backsight {
@@ -68,13 +69,42 @@ TerminalEvents::Verbosity VerbosityOf(const RunArguments& arguments) {
                            : TerminalEvents::Verbosity::kNormal;
 }
 
-int RefuseSecondRun(const LockHolder& holder, const std::string& work) {
-  fmt::print(
-      stderr,
-      "error: {} is in use: a run is going on {}, process {}, since {}; wait for its end, or "
-      "give another --work and --out\n",
-      work, holder.host, holder.process, holder.since_utc);
-  return kTryAgain;
+RunStart DescribeStart(const SurveyProject& project, const SurveyOptions& options, int threads,
+                       const std::string& out) {
+  Fingerprint fingerprint;
+  fingerprint.Add(EffectiveOptions(options));
+  return {.project = project.path,
+          .name = project.name,
+          .out = out,
+          .stations = static_cast<int>(project.stations.size()),
+          .threads = threads,
+          .options_fingerprint = fingerprint.Hex()};
+}
+
+int RunProject(const RunArguments& arguments, const std::stop_token& stop, RunEvents* events) {
+  const Clock::time_point start = Clock::now();
+  SurveyOptions options;
+  const SurveyProject project =
+      ReadSurveyProject(arguments.folders.project, OptionSections(options));
+  const auto frame = MakeControlFrame(project);  // refuses what no network could mend
+
+  const std::string out = arguments.folders.OutDirectory();
+  const std::string work = arguments.folders.WorkDirectory();
+  RequireFreeNames(project, out);
+  const FolderLock lock(work);
+  MakeDirectories(out);
+  RemoveTemporaries(project, out, work);
+
+  ProgressFile progress(work);
+  EventFanOut sinks({events->sink(), &progress});
+  const int threads = arguments.threads >= 0 ? arguments.threads : project.resources.threads;
+  const ExecutionContext context(threads, kRunSeed, &sinks, stop);
+  events->Started(DescribeStart(project, options, context.threads(), out));
+  const ArtifactStore store(work, [&](const std::string& what) { context.Warning(what); });
+  const SurveyRun run = RunSurvey(project, options, frame, out, context, store);
+  WriteManifest(project, options, run, start, context.threads(), out);
+  return events->Finished(run.record.exit_code, run.record.verdict,
+                          (fs::path(out) / "report.html").string());
 }
 
 }  // namespace
@@ -89,33 +119,15 @@ std::string RunFolders::WorkDirectory() const {
 
 int RunCommand(const RunArguments& arguments) {
   if (arguments.dry_run) return PrintDryRun(arguments.folders);
-  const Clock::time_point start = Clock::now();
   const std::stop_token stop = InstallStopSignals();
-  SurveyOptions options;
-  const SurveyProject project =
-      ReadSurveyProject(arguments.folders.project, OptionSections(options));
-  const auto frame = MakeControlFrame(project);  // refuses what no network could mend
-
-  const std::string out = arguments.folders.OutDirectory();
-  const std::string work = arguments.folders.WorkDirectory();
-  RequireFreeNames(project, out);
-  const FolderLock lock(work);
-  if (!lock.held()) return RefuseSecondRun(*lock.holder(), work);
-  MakeDirectories(out);
-  RemoveTemporaries(project, out, work);
-  TerminalEvents events(VerbosityOf(arguments));
-  const int threads = arguments.threads >= 0 ? arguments.threads : project.resources.threads;
-  const ExecutionContext context(threads, kRunSeed, &events, stop);
+  RunEvents events(VerbosityOf(arguments), arguments.log_json);
   try {
-    const ArtifactStore store(work, [&](const std::string& what) { context.Warning(what); });
-    const SurveyRun run = RunSurvey(project, options, frame, out, context, store);
-    WriteManifest(project, options, run, start, context.threads(), out);
-    fmt::print("{} Report: {}\n", run.record.verdict, (fs::path(out) / "report.html").string());
-    return run.record.exit_code;
+    return RunProject(arguments, stop, &events);
   } catch (const Interrupted&) {
-    fmt::print(stderr,
-               "interrupted; what is finished is kept, the same command goes on from there\n");
-    return StopSignal() == SIGTERM ? kTerminated : kInterrupted;
+    return events.Interrupted(StopSignal());
+  } catch (const std::exception& error) {
+    events.Failed(error);
+    throw;
   }
 }
 

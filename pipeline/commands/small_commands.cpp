@@ -8,6 +8,7 @@
 #include "io/scan_reader.h"
 #include "pipeline/commands/commands.h"
 #include "pipeline/demo_scene.h"
+#include "pipeline/heartbeat.h"
 #include "pipeline/run_outputs.h"
 #include "pipeline/simulate_campaign.h"
 #include "pipeline/survey_pipeline.h"
@@ -41,6 +42,7 @@ int OptionsCommand(OptionsFormat format) {
 
 int SimulateCommand(const std::string& scene, const std::string& directory, int threads) {
   TerminalEvents events(TerminalEvents::Verbosity::kNormal);
+  const Heartbeat heartbeat([&events] { events.Tick(); });
   SimulateCampaign(scene, directory, ExecutionContext(threads, /*seed=*/0, &events));
   fmt::print("campaign written to {}\n", directory);
   return kComplete;

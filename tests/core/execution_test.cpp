@@ -118,8 +118,11 @@ class Recorder : public EventSink {
   void Progress(std::string_view stage, std::size_t done, std::size_t total) override {
     progress = std::string(stage) + " " + std::to_string(done) + "/" + std::to_string(total);
   }
+  void StageFinished(std::string_view stage, double seconds) override {
+    finished = std::string(stage) + " " + std::to_string(seconds);
+  }
   std::vector<std::pair<Level, std::string>> messages;
-  std::string progress;
+  std::string progress, finished;
 };
 
 TEST(ExecutionContext, PassesEventsOn) {
@@ -131,11 +134,13 @@ TEST(ExecutionContext, PassesEventsOn) {
   copy.Info("i");
   copy.Warning("w");
   copy.Progress("matching", 3, 7);
+  copy.StageFinished("pairs", 1.5);
   using Level = EventSink::Level;
   const std::vector<std::pair<Level, std::string>> expected = {
       {Level::kDebug, "d"}, {Level::kInfo, "i"}, {Level::kWarning, "w"}};
   EXPECT_EQ(recorder.messages, expected);
   EXPECT_EQ(recorder.progress, "matching 3/7");
+  EXPECT_EQ(recorder.finished, "pairs 1.500000");
   EXPECT_NO_THROW(ExecutionContext().Warning("nobody listens"));
 }
 
