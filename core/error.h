@@ -43,6 +43,12 @@ class Interrupted : public std::runtime_error {
   Interrupted() : std::runtime_error("interrupted") {}
 };
 
+/// A unit of work took longer than it may; the rest of the run is not at fault.
+class OverTimeLimit : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
 /// A broken invariant of the program itself: always a bug in Backsight, never the user's fault.
 class InternalError : public std::logic_error {
  public:

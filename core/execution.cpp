@@ -1,5 +1,6 @@
 #include "core/execution.h"
 
+#include <fmt/format.h>
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
@@ -38,6 +39,19 @@ void ExecutionContext::StageFinished(std::string_view stage, double seconds) con
 
 void ExecutionContext::CheckStop() const {
   if (stop_.stop_requested()) throw Interrupted();
+  if (deadline_ && std::chrono::steady_clock::now() > *deadline_) {
+    throw OverTimeLimit(fmt::format("took longer than its limit of {:g} s", limit_s_));
+  }
+}
+
+ExecutionContext ExecutionContext::WithTimeLimit(double seconds) const {
+  ExecutionContext limited = *this;
+  if (seconds <= 0.0) return limited;
+  limited.limit_s_ = seconds;
+  limited.deadline_ = std::chrono::steady_clock::now() +
+                      std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+                          std::chrono::duration<double>(seconds));
+  return limited;
 }
 
 void ExecutionContext::ParallelFor(std::size_t n, const std::function<void(std::size_t)>& body,

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <stop_token>
 #include <string_view>
 
@@ -36,8 +38,12 @@ class ExecutionContext {
   void Progress(std::string_view stage, std::size_t done, std::size_t total) const;
   void StageFinished(std::string_view stage, double seconds) const;
 
-  /// Throws Interrupted if a stop was requested. Call it between units of work.
+  /// Throws Interrupted if a stop was requested, OverTimeLimit if the time is over. Call it often
+  /// enough that nobody waits for seconds.
   void CheckStop() const;
+
+  /// The same context for one unit of work that may take `seconds` from now on; 0: any time.
+  ExecutionContext WithTimeLimit(double seconds) const;
 
   /// Runs body(i) for every i in [0, n), on all threads of this context; nesting is allowed. The
   /// first exception is rethrown. Results must go to place i, so that they do not depend on
@@ -53,6 +59,8 @@ class ExecutionContext {
   std::uint64_t seed_ = 0;
   EventSink* events_ = nullptr;
   std::stop_token stop_;
+  double limit_s_ = 0.0;
+  std::optional<std::chrono::steady_clock::time_point> deadline_;
 };
 
 }  // namespace backsight

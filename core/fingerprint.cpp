@@ -45,7 +45,7 @@ std::string Fingerprint::Hex() const {
 
 std::uint64_t Fingerprint::Value64() const { return XXH3_128bits_digest(state_->xxh).low64; }
 
-std::string FingerprintFile(const std::string& path) {
+std::string FingerprintFile(const std::string& path, const std::function<void()>& between) {
   std::ifstream file(path, std::ios::binary);
   if (!file) {
     throw InputError(
@@ -54,6 +54,7 @@ std::string FingerprintFile(const std::string& path) {
   Fingerprint fingerprint;
   std::vector<char> buffer(1U << 20U);
   while (file) {
+    if (between) between();
     file.read(buffer.data(), static_cast<std::streamsize>(buffer.size()));
     fingerprint.Add(
         std::as_bytes(std::span(buffer.data(), static_cast<std::size_t>(file.gcount()))));

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -30,7 +31,8 @@ class Fingerprint {
   std::unique_ptr<State> state_;
 };
 
-/// Fingerprint of a file's bytes. Throws InputError if it cannot be read.
-std::string FingerprintFile(const std::string& path);
+/// Fingerprint of a file's bytes. Throws InputError if it cannot be read. `between`, called every
+/// megabyte, may throw to give up.
+std::string FingerprintFile(const std::string& path, const std::function<void()>& between = {});
 
 }  // namespace backsight

@@ -59,10 +59,10 @@ class ArtifactStore {
   /// Names of the artifacts below `prefix` (a folder), sorted.
   std::vector<std::string> Names(const std::string& prefix) const;
   void Remove(const std::string& name) const;
-
- private:
+  /// The artifact's file.
   std::string PathOf(const std::string& name) const;
 
+ private:
   std::string folder_;
   std::function<void(const std::string&)> report_;
 };

@@ -97,6 +97,8 @@ GateSpec ReadGates(const YamlValue& map) {
 ResourceSpec ReadResources(const YamlValue& map) {
   ResourceSpec resources;
   resources.threads = map.Optional("threads").Integer(resources.threads, 0, 4096);
+  resources.pair_limit_s =
+      map.Optional("pair_limit_s").Real(resources.pair_limit_s, {0.0, 1e6, "s"});
   resources.memory_gb = map.Optional("memory_gb").Real(resources.memory_gb, {0.25, 65536.0, "GB"});
   return resources;
 }

@@ -97,8 +97,9 @@ struct GateSpec {
 };
 
 struct ResourceSpec {
-  int threads = 0;  ///< 0: all cores
-  double memory_gb = 8.0;
+  int threads = 0;               ///< 0: all cores
+  double memory_gb = 8.0;        ///< of the whole run
+  double pair_limit_s = 3600.0;  ///< of one attempt at a pair; 0: none
 };
 
 /// A survey project file. Paths are as the program can open them: absolute, or the folder of the

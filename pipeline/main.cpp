@@ -24,6 +24,8 @@ void AddRun(CLI::App& app, int* code) {
   CLI::App* command = app.add_subcommand("run", "Register, merge and report a survey project");
   AddFolders(command, &arguments->folders);
   command->add_option("--threads", arguments->threads, "0: all cores")->check(CLI::Range(0, 1024));
+  command->add_option("--memory-gb", arguments->memory_gb, "budget of the run (default: project)")
+      ->check(CLI::Range(0.25, 65536.0));
   command->add_flag("--dry-run", arguments->dry_run, "only say what would be done, and why");
   command->add_option("--log-json", arguments->log_json,
                       "file for events, one JSON object per line; emptied first");

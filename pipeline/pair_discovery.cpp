@@ -189,9 +189,23 @@ class Discovery {
       context_.Progress("pairs", ++done, total);
     });
     tried_ = total;
+    RetryAlone(batch);
     const int count = static_cast<int>(batch.pairs.size());
     (batch.method == PairMethod::kPredicted ? predicted_ : full_) += count;
     context_.Debug(fmt::format("pairs: {} {}", count, Name(batch.method)));
+  }
+
+  /// Pairs that found no memory beside others, one after the other.
+  void RetryAlone(const PairBatch& batch) {
+    for (const std::size_t i : batch.pairs) {
+      if (!pairs_[i].short_of_memory) continue;
+      pairs_[i].short_of_memory = false;
+      pairs_[i].fault.clear();
+      RegisterOne(batch.method, i);
+      if (!pairs_[i].short_of_memory) continue;
+      context_.Warning(fmt::format("pair {} {}: {}", stations_[At(pairs_[i].source)].spec.id,
+                                   stations_[At(pairs_[i].target)].spec.id, kShortOfMemory));
+    }
   }
 
   static const char* Name(PairMethod method) {

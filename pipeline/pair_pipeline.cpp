@@ -226,7 +226,7 @@ MatchingOptions MoreNeighbors(MatchingOptions options) {
   return options;
 }
 
-/// `clouds` must outlive it.
+/// `clouds` and `context` must outlive it.
 CoarseInput MakeCoarseInput(const Station& source, const Station& target, const PairClouds& clouds,
                             const SurveyOptions& options, const ExecutionContext& context) {
   CoarseInput input;
@@ -239,21 +239,28 @@ CoarseInput MakeCoarseInput(const Station& source, const Station& target, const 
   if (clouds.level_sigma_rad) input.max_tilt_rad = LargestTilt(*clouds.level_sigma_rad);
   input.source_symmetries = source.symmetries;
   input.target_symmetries = target.symmetries;
-  input.cloud_score = [&clouds](const RigidTransform& motion) {
+  // What follows takes the time of a pair: a stop need not wait for its end.
+  input.cloud_score = [&clouds, &context](const RigidTransform& motion) {
+    context.CheckStop();
     return clouds.Score(clouds.source_index.sieve, clouds.target_index.sieve, 1.0, motion);
   };
-  input.full_cloud_score = [&clouds](const RigidTransform& motion) {
+  input.full_cloud_score = [&clouds, &context](const RigidTransform& motion) {
+    context.CheckStop();
     return clouds.Score(clouds.source_index.sample, clouds.target_index.sample, 0.0, motion);
   };
   // Where no scanner can contradict a motion, every motion scores; half as well is no rival.
   const bool blind = !clouds.source.scanner_credible && !clouds.target.scanner_credible;
   input.least_rival_share = blind ? 0.5 : 0.0;
   input.least_rival_score = 0.5 * options.verification.min_overlap;
-  input.structure_images = [&clouds](const RigidTransform& motion) {
+  input.structure_images = [&clouds, &context](const RigidTransform& motion) {
+    context.CheckStop();
     return FindStructureImages(clouds.source, clouds.source_index, clouds.target,
                                clouds.target_index, motion);
   };
-  input.cloud_refine = [&clouds](const RigidTransform& motion) { return clouds.Refine(motion); };
+  input.cloud_refine = [&clouds, &context](const RigidTransform& motion) {
+    context.CheckStop();
+    return clouds.Refine(motion);
+  };
   return input;
 }
 
@@ -320,6 +327,9 @@ void Guard(const std::vector<Station>& stations, const ExecutionContext& context
     body(source, target);
   } catch (const Interrupted&) {
     throw;
+  } catch (const std::bad_alloc&) {  // the caller may find more, or says so
+    pair->fault = kShortOfMemory;
+    pair->short_of_memory = true;
   } catch (const std::exception& error) {
     pair->fault = error.what();
     context.Warning("pair " + source.spec.id + " " + target.spec.id + ": " + pair->fault);
@@ -378,7 +388,11 @@ bool RegisterPairThoroughly(const std::vector<Station>& stations, const SurveyOp
   });
   const bool whole = attempt.fault.empty();
   // What failed the second time does not take back what was found the first.
-  if (whole || pair->best() == nullptr) *pair = std::move(attempt);
+  if (whole || pair->best() == nullptr) {
+    *pair = std::move(attempt);
+  } else {
+    pair->short_of_memory = attempt.short_of_memory;
+  }
   return whole;
 }
 
@@ -399,6 +413,7 @@ bool AddMotion(const std::vector<Station>& stations, const SurveyOptions& option
   attempt.source = pair->source;
   attempt.target = pair->target;
   RegisterPairFrom(stations, options, context, target_from_source, &attempt);
+  pair->short_of_memory = attempt.short_of_memory;
   if (attempt.candidates.empty()) return attempt.fault.empty();
   PairCandidate& candidate = attempt.candidates.front();
   if (candidate.verification.verdict == Verdict::kRejected) return true;

@@ -25,9 +25,10 @@ struct Pair {
   int consensus_null = 0;  ///< what chance alone reaches
   /// Best first; all but the first are its rivals. Empty where the coarse registration found none.
   std::vector<PairCandidate> candidates;
-  bool predicted = false;  ///< from a predicted pose: no coarse registration
-  std::string fault;       ///< empty: ran to its end, whatever the verification says
-  std::string digest;      ///< stands for all that led here (PairKey); empty where nothing is kept
+  bool predicted = false;        ///< from a predicted pose: no coarse registration
+  std::string fault;             ///< empty: ran to its end, whatever the verification says
+  bool short_of_memory = false;  ///< its fault is that memory ran out
+  std::string digest;  ///< stands for all that led here (PairKey); empty where nothing is kept
 
   /// Null where there is none.
   const PairCandidate* best() const { return candidates.empty() ? nullptr : candidates.data(); }

@@ -85,7 +85,7 @@ class Planner {
       if (store_.Look(name, {}).kind == Kind::kMissing) {
         station.digest = "unknown";
       } else {
-        const ArtifactKey key = StationKey(base_, spec, scans_.Of(spec.scan));
+        const ArtifactKey key = StationKey(base_, spec, scans_.Of(spec.scan, ExecutionContext(1)));
         station.digest = key.Digest();
         item = Judge(item.unit, name, key, {});
       }

@@ -83,7 +83,7 @@ void ComputeStation(const SurveyOptions& options, const ExecutionContext& contex
 void LoadStation(const SurveyOptions& options, const ExecutionContext& context,
                  const ArtifactStore& store, ScanFingerprints* scans, Station* station) {
   if (!store.keeps()) return ComputeStation(options, context, station);
-  station->scan_fingerprint = scans->Of(station->spec.scan);
+  station->scan_fingerprint = scans->Of(station->spec.scan, context);
   const ArtifactKey key =
       StationKey({options, context.seed()}, station->spec, station->scan_fingerprint);
   const std::string name = StationArtifactName(station->spec.id);
@@ -111,32 +111,51 @@ void RefuseCopies(std::vector<Station>* stations) {
   }
 }
 
+/// What goes wrong ends in the station's `fault`.
+void LoadGuarded(const SurveyOptions& options, const ExecutionContext& context,
+                 const ArtifactStore& store, ScanFingerprints* scans, Station* station) {
+  try {
+    context.CheckStop();
+    LoadStation(options, context, store, scans, station);
+  } catch (const Interrupted&) {
+    throw;
+  } catch (const StorageFailure&) {
+    throw;
+  } catch (const std::bad_alloc&) {
+    station->fault = kShortOfMemory;
+    station->short_of_memory = true;
+  } catch (const std::exception& error) {
+    station->fault = error.what();
+  }
+}
+
+Station MakeStation(const StationSpec& spec) {
+  Station station;
+  station.spec = spec;
+  station.record.station = spec.id;
+  station.record.path = spec.scan;
+  return station;
+}
+
 }  // namespace
 
 std::vector<Station> LoadStations(const std::vector<StationSpec>& specs,
                                   const SurveyOptions& options, const ExecutionContext& context,
                                   const ArtifactStore& store) {
-  std::vector<Station> stations(specs.size());
+  std::vector<Station> stations;
+  for (const StationSpec& spec : specs) stations.push_back(MakeStation(spec));
   ScanFingerprints scans(store);
   std::atomic<std::size_t> done = 0;
   context.Progress("stations", 0, specs.size());
   context.ParallelFor(specs.size(), [&](std::size_t i) {
-    Station& station = stations[i];
-    station.spec = specs[i];
-    station.record.station = specs[i].id;
-    station.record.path = specs[i].scan;
-    try {
-      context.CheckStop();
-      LoadStation(options, context, store, &scans, &station);
-    } catch (const Interrupted&) {
-      throw;
-    } catch (const StorageFailure&) {
-      throw;
-    } catch (const std::exception& error) {
-      station.fault = error.what();
-    }
+    LoadGuarded(options, context, store, &scans, &stations[i]);
     context.Progress("stations", ++done, specs.size());
   });
+  for (Station& station : stations) {  // what found no memory beside others, alone
+    if (!station.short_of_memory) continue;
+    station = MakeStation(station.spec);
+    LoadGuarded(options, context, store, &scans, &station);
+  }
   RefuseCopies(&stations);
   for (const Station& station : stations) {
     if (!station.usable()) context.Warning("station " + station.spec.id + ": " + station.fault);

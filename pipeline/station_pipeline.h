@@ -16,6 +16,10 @@
 
 namespace backsight {
 
+/// The fault of stations and pairs that memory does not suffice for, even alone.
+inline constexpr const char* kShortOfMemory =
+    "needs more memory than the budget leaves; raise resources.memory_gb or --memory-gb";
+
 /// One station from scan file to features. A station that cannot be used carries the reason; the
 /// others go on.
 struct Station {
@@ -27,6 +31,7 @@ struct Station {
   ScanInfo info;
   ScanRecord record;
   std::string fault;                ///< empty: usable
+  bool short_of_memory = false;     ///< its fault is that memory ran out
   std::string content_fingerprint;  ///< of the voxel clusters
   std::string scan_fingerprint;     ///< of the scan file; empty where nothing is kept
   std::string digest;  ///< stands for all that led here (StationKey); empty where nothing is kept

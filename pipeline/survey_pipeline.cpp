@@ -65,7 +65,7 @@ SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
   for (const Station& station : stations) run.scan_fingerprints.push_back(station.scan_fingerprint);
   clock.Finish("stations");
 
-  const PairUnits units(stations, options, context, store);
+  const PairUnits units(stations, options, context, store, project.resources.pair_limit_s);
   PairDiscovery discovery = DiscoverPairs(units, project.pairs);
   ChallengeSymmetries(units, &discovery.pairs);
   clock.Finish("pairs");

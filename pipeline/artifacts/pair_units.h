@@ -21,10 +21,14 @@ struct PairAttempt {
 /// computed without a fault is stored. Safe to use from several threads.
 class PairUnits {
  public:
-  /// All must outlive it.
+  /// All must outlive it. `limit_s`: of one attempt; 0: none.
   PairUnits(const std::vector<Station>& stations, const SurveyOptions& options,
-            const ExecutionContext& context, const ArtifactStore& store)
-      : stations_(stations), options_(options), context_(context), store_(store) {}
+            const ExecutionContext& context, const ArtifactStore& store, double limit_s = 0.0)
+      : stations_(stations),
+        options_(options),
+        context_(context),
+        store_(store),
+        limit_s_(limit_s) {}
 
   /// `predicted`: of PairMethod::kPredicted.
   void Register(PairMethod method, const std::optional<RigidTransform>& predicted,
@@ -46,6 +50,7 @@ class PairUnits {
   const SurveyOptions& options_;
   const ExecutionContext& context_;
   const ArtifactStore& store_;
+  double limit_s_;
 };
 
 }  // namespace backsight

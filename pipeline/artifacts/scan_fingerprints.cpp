@@ -32,7 +32,7 @@ std::string NameOf(const std::string& path) {
 
 }  // namespace
 
-std::string ScanFingerprints::Of(const std::string& path) {
+std::string ScanFingerprints::Of(const std::string& path, const ExecutionContext& context) {
   {
     const std::scoped_lock lock(mutex_);
     const auto known = known_.find(path);
@@ -42,7 +42,7 @@ std::string ScanFingerprints::Of(const std::string& path) {
   const ArtifactKey before = KeyOf(path);
   std::string fingerprint;
   if (!store_.Load(name, before, &fingerprint)) {
-    fingerprint = FingerprintFile(path);
+    fingerprint = FingerprintFile(path, [&] { context.CheckStop(); });
     if (KeyOf(path).text() == before.text()) store_.Store(name, before, fingerprint);
   }
   const std::scoped_lock lock(mutex_);

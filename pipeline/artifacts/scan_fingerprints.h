@@ -4,6 +4,7 @@
 #include <mutex>
 #include <string>
 
+#include "core/execution.h"
 #include "io/artifact_store.h"
 
 namespace backsight {
@@ -16,7 +17,7 @@ class ScanFingerprints {
   explicit ScanFingerprints(const ArtifactStore& store) : store_(store) {}
 
   /// Throws InputError if the file cannot be read.
-  std::string Of(const std::string& path);
+  std::string Of(const std::string& path, const ExecutionContext& context);
 
  private:
   const ArtifactStore& store_;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,8 +21,9 @@ struct RunFolders {
 
 struct RunArguments {
   RunFolders folders;
-  std::string log_json;  ///< event log, empty for none
-  int threads = -1;      ///< -1: as the project file says; 0: all cores
+  std::string log_json;             ///< event log, empty for none
+  int threads = -1;                 ///< -1: as the project file says; 0: all cores
+  std::optional<double> memory_gb;  ///< absent: as the project file says
   bool quiet = false;
   bool verbose = false;
   bool dry_run = false;  ///< only say what would be done, and why

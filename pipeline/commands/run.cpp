@@ -15,6 +15,7 @@
 #include "pipeline/georeference_network.h"
 #include "pipeline/output_files.h"
 #include "pipeline/progress_file.h"
+#include "pipeline/resource_budget.h"
 #include "pipeline/run_events.h"
 #include "pipeline/run_outputs.h"
 #include "pipeline/stop_signal.h"
@@ -101,6 +102,9 @@ int RunProject(const RunArguments& arguments, const std::stop_token& stop, RunEv
   const ExecutionContext context(threads, kRunSeed, &sinks, stop);
   events->Started(DescribeStart(project, options, context.threads(), out));
   const ArtifactStore store(work, [&](const std::string& what) { context.Warning(what); });
+  const double memory_gb = arguments.memory_gb.value_or(project.resources.memory_gb);
+  RequireRoom(EstimateNeeds(project, out, store), memory_gb, context);
+  LimitMemory(memory_gb);
   const SurveyRun run = RunSurvey(project, options, frame, out, context, store);
   WriteManifest(project, options, run, start, context.threads(), out);
   return events->Finished(run.record.exit_code, run.record.verdict,

@@ -45,7 +45,8 @@ namespace {
 Tree MakeTree(std::uint64_t seed) {
   Random random(seed);
   Tree tree;
-  tree.leaves = {{"oak", Shade::kDark}, {std::string("a\0b", 3), Shade::kLight}, {"", Shade::kDark}};
+  tree.leaves = {
+      {"oak", Shade::kDark}, {std::string("a\0b", 3), Shade::kLight}, {"", Shade::kDark}};
   tree.alive = {true, false, false, true, true, false, true, true, false};
   tree.rings = {{-3, random.Uniform(-1.0, 1.0)}, {7, std::numeric_limits<double>::denorm_min()}};
   tree.fruit = Leaf{"acorn", Shade::kDark};

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "core/execution.h"
+#include "io/artifact_store.h"
+#include "io/survey_project.h"
+
+namespace backsight {
+
+/// Room that a run takes on one file system.
+struct DiskNeed {
+  std::string path;             ///< a folder on it
+  std::uint64_t bytes = 0;      ///< at least
+  std::uint64_t available = 0;  ///< to this user
+};
+
+/// What a run takes at least and probably, as far as headers and finished stations tell.
+struct ResourceNeeds {
+  std::vector<DiskNeed> disks;
+  std::uint64_t least_memory = 0;     ///< bytes
+  std::uint64_t likely_memory = 0;    ///< bytes
+  std::uint64_t physical_memory = 0;  ///< of this machine
+};
+
+ResourceNeeds EstimateNeeds(const SurveyProject& project, const std::string& out_directory,
+                            const ArtifactStore& store);
+
+/// The disk or the memory cannot suffice; the message has the figures.
+class NoRoom : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Throws NoRoom where the least that a run takes is more than there is, of disk, of `memory_gb` or
+/// of the machine's memory; warns where the memory will probably not suffice.
+void RequireRoom(const ResourceNeeds& needs, double memory_gb, const ExecutionContext& context);
+
+/// From now on this process gets no more than `memory_gb` (1e9 bytes) of memory for its data: what
+/// asks for more gets std::bad_alloc. False where the system does not grant such a limit.
+bool LimitMemory(double memory_gb);
+
+}  // namespace backsight
