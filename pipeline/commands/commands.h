@@ -17,6 +17,9 @@ struct RunArguments {
 };
 int RunCommand(const RunArguments& arguments);
 
+/// `out`: the folder of results; empty: out/ beside the project file.
+int ReportCommand(const std::string& project, const std::string& out);
+
 int CheckCommand(const std::string& project);
 
 struct RegisterArguments {
