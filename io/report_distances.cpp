@@ -58,7 +58,7 @@ class Histogram {
   std::string Axes() const {
     std::string svg = fmt::format("<path class=\"axis\" d=\"M{0:.1f} {1:.1f}V{2:.1f}H{3:.1f}\"/>\n",
                                   kLeft, kTop, Y(0.0), kWidth - kRight);
-    for (std::size_t i = 0; i <= record_.bins.size(); i += 4) {
+    for (std::size_t i = 0; i <= record_.bins.size(); i += 5) {
       const double metres = record_.bin_m * static_cast<double>(i);
       svg += fmt::format(
           "<path class=\"tick\" d=\"M{0:.1f} {1:.1f}v6\"/><text class=\"note\" x=\"{0:.1f}\" "

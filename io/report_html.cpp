@@ -28,7 +28,7 @@ std::string Plans(const RunRecord& run) {
     }
   }
   if (components.empty()) return HtmlSentence("No station is registered.");
-  std::string html = PlanLegend();
+  std::string html;
   for (const auto& [component, stations] : components) {
     if (components.size() > 1) {
       html += fmt::format("<h3>Component {}: {} station{}</h3>\n", ComponentNumber(component),

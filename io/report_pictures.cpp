@@ -151,13 +151,13 @@ std::string Figure(const PictureRecord& p, std::size_t number) {
   const double width = kLeft + p.width_px + (p.scale ? kScaleWidth : 12.0);
   const double height = kTop + p.height_px + kBottom;
   std::string html = fmt::format(
-      "<figure>\n<h3>{0}</h3>\n<svg class=\"picture\" width=\"{1:.0f}\" height=\"{2:.0f}\" "
+      "<figure>\n<h3>{0}</h3>\n<svg class=\"picture {8}\" width=\"{1:.0f}\" height=\"{2:.0f}\" "
       "viewBox=\"0 0 {1:.0f} {2:.0f}\" role=\"img\" aria-label=\"{0}\">\n"
       "<image x=\"{3}\" y=\"{4}\" width=\"{5}\" height=\"{6}\" "
       "href=\"data:image/png;base64,{7}\"/>\n"
       "<rect class=\"axis\" x=\"{3}\" y=\"{4}\" width=\"{5}\" height=\"{6}\"/>\n",
       HtmlText(p.title), width, height, kLeft, kTop, p.width_px, p.height_px,
-      HtmlText(p.png_base64));
+      HtmlText(p.png_base64), ToString(p.kind));
   html += Ticks(p) + Lines(p) + Bar(p);
   if (p.scale) html += ScaleSvg(p, number);
   return html + "</svg>\n" + Keys(p) + "<figcaption>" + HtmlText(p.caption) +

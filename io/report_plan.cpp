@@ -184,6 +184,30 @@ std::string LegendLine(const std::string& line_class, const std::string& meaning
       line_class, meaning);
 }
 
+/// What colours and signs mean.
+std::string Legend() {
+  const auto& limits = kResidualClassesM;
+  const auto mm = [](double value) { return fmt::format("{:g}", 1000 * value); };
+  std::string html = "<div class=\"legend\"><span>link less adjusted network:</span>\n";
+  html += LegendLine("r0", "up to " + mm(limits[0]) + " mm");
+  html += LegendLine("r1", "up to " + mm(limits[1]) + " mm");
+  html += LegendLine("r2", "up to " + mm(limits[2]) + " mm");
+  html += LegendLine("r3", "above " + mm(limits[2]) + " mm");
+  html += LegendLine("rejected", "rejected or failed");
+  html +=
+      "<span><svg width=\"18\" height=\"18\"><path class=\"noloop\" d=\"M9 2l7 7l-7 7l-7 -7z\"/>"
+      "</svg>uncontrolled: on no loop</span>\n";
+  html +=
+      "<span><svg width=\"34\" height=\"12\"><line class=\"weak\" x1=\"4\" y1=\"6\" x2=\"30\" "
+      "y2=\"6\"/></svg>weakest direction of a link (shorter: partly vertical; "
+      "<svg width=\"14\" height=\"14\"><circle class=\"weak\" cx=\"7\" cy=\"7\" "
+      "r=\"5\"/></svg>: vertical)</span>\n";
+  return html + fmt::format(
+                    "<span><svg width=\"30\" height=\"14\"><ellipse class=\"sigma\" "
+                    "cx=\"15\" cy=\"7\" rx=\"12\" ry=\"5\"/></svg>error ellipse</span></div>"
+                    "\n");
+}
+
 }  // namespace
 
 int ResidualClass(double residual_m) {
@@ -217,30 +241,8 @@ std::string PlanSvg(const RunRecord& run, int component) {
                          "<b>{:g} times</b> too large.",
                          factor)
                    : "No station has an error ellipse.";
-  return svg + HtmlSentence("<span class=\"soft\">" + ellipse_note + "</span>");
-}
-
-std::string PlanLegend() {
-  const auto& limits = kResidualClassesM;
-  const auto mm = [](double value) { return fmt::format("{:g}", 1000 * value); };
-  std::string html = "<div class=\"legend\"><span>link less adjusted network:</span>\n";
-  html += LegendLine("r0", "up to " + mm(limits[0]) + " mm");
-  html += LegendLine("r1", "up to " + mm(limits[1]) + " mm");
-  html += LegendLine("r2", "up to " + mm(limits[2]) + " mm");
-  html += LegendLine("r3", "above " + mm(limits[2]) + " mm");
-  html += LegendLine("rejected", "rejected or failed");
-  html +=
-      "<span><svg width=\"18\" height=\"18\"><path class=\"noloop\" d=\"M9 2l7 7l-7 7l-7 -7z\"/>"
-      "</svg>uncontrolled: on no loop</span>\n";
-  html +=
-      "<span><svg width=\"34\" height=\"12\"><line class=\"weak\" x1=\"4\" y1=\"6\" x2=\"30\" "
-      "y2=\"6\"/></svg>weakest direction of a link (shorter: partly vertical; "
-      "<svg width=\"14\" height=\"14\"><circle class=\"weak\" cx=\"7\" cy=\"7\" "
-      "r=\"5\"/></svg>: vertical)</span>\n";
-  return html + fmt::format(
-                    "<span><svg width=\"30\" height=\"14\"><ellipse class=\"sigma\" "
-                    "cx=\"15\" cy=\"7\" rx=\"12\" ry=\"5\"/></svg>error ellipse</span></div>"
-                    "\n");
+  return "<figure>\n" + svg + Legend() +
+         HtmlSentence("<span class=\"soft\">" + ellipse_note + "</span>") + "</figure>\n";
 }
 
 }  // namespace backsight

@@ -19,13 +19,10 @@ const RigidTransform& ShownPose(const PoseRecord& pose);
 /// The covariance of that; none where there is none.
 std::optional<Matrix6d> ShownCovariance(const PoseRecord& pose);
 
-/// Plan view (to scale) of one component of the network as inline SVG with a sentence below:
+/// Plan view (to scale) of one component of the network as inline SVG with its legend below:
 /// stations with names and exaggerated error ellipses, accepted links by residual class with their
 /// weakest direction, rejected links dashed, axes, scale bar. Throws InternalError for a non-finite
 /// position or residual.
 std::string PlanSvg(const RunRecord& run, int component);
-
-/// What colours and signs of all plans mean. HTML.
-std::string PlanLegend();
 
 }  // namespace backsight

@@ -76,7 +76,8 @@ svg.picture { max-width: 100%; height: auto; display: block; }
 figure { margin: 14px 0; break-inside: avoid; }
 figure h3 { margin-top: 0; }
 figcaption { font-size: 13px; color: var(--soft); line-height: 1.4; }
-.sign { margin-top: 40px; display: grid; grid-template-columns: 1fr 1fr; gap: 40px;
+.legend { break-inside: avoid; }
+.sign { break-before: avoid; margin-top: 40px; display: grid; grid-template-columns: 1fr 1fr; gap: 40px;
   break-inside: avoid; }
 .sign div { border-top: 1px solid #1a1f26; padding-top: 4px; font-size: 13px; margin-top: 44px; }
 @media print {
@@ -85,7 +86,7 @@ figcaption { font-size: 13px; color: var(--soft); line-height: 1.4; }
   h1 { font-size: 18pt; }
   h2 { font-size: 13pt; margin-top: 18pt; }
   h3 { font-size: 10.5pt; }
-  h2, h3, .legend { break-after: avoid; }
+  h2, h3 { break-after: avoid; }
   p, li { orphans: 3; widows: 3; }
   tr, .card, .verdict, svg, figure { break-inside: avoid; }
   .verdict { font-size: 12pt; }
@@ -93,7 +94,8 @@ figcaption { font-size: 13px; color: var(--soft); line-height: 1.4; }
   .card b { font-size: 14pt; }
   .card span, .soft, figcaption, .legend { font-size: 8pt; }
   svg.plan { max-height: 190mm; }
-  svg.picture { max-height: 200mm; }
+  svg.picture { max-height: 185mm; }
+  svg.section, svg.detail { max-height: 100mm; }
   thead { display: table-header-group; }
 }
 /* A4 paper less its margins is 688 px wide. */

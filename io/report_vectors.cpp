@@ -93,7 +93,7 @@ std::string ResidualSvg(const RunRecord& run, const GeoreferenceRecord& georefer
     if (!point.excluded) svg += Vectors(point, marks[i], factor * sheet.pixels_per_m());
     svg += labels.Label(marks[i], point.id);
   }
-  return svg + sheet.Close("E", "N") + Legend(factor);
+  return "<figure>\n" + svg + sheet.Close("E", "N") + Legend(factor) + "</figure>\n";
 }
 
 }  // namespace backsight

@@ -27,8 +27,8 @@ DistanceFigures Figures(const std::vector<double>& sorted) {
 
 /// Bins of a round width that reach well beyond 95 % of the samples.
 void FillHistogram(const std::vector<double>& sorted, DistanceRecord* record) {
-  constexpr std::size_t kBins = 40;
-  constexpr double kReach = 1.5;  // of the 95 % quantile
+  constexpr std::size_t kBins = 60;
+  constexpr double kReach = 1.25;  // of the 95 % quantile
   constexpr double kFinest = 1e-5;
   const double wanted = std::max(kReach * record->total.p95_m / kBins, kFinest);
   const double decade = std::pow(10.0, std::floor(std::log10(wanted)));

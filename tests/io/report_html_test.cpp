@@ -59,8 +59,8 @@ TEST(ReportHtml, ShowsVerdictStationsAndLinks) {
   }
   EXPECT_EQ(Count(html, "<circle class=\"station\""), 10U);
   EXPECT_EQ(Count(html, "class=\"link accepted"), 9U);
-  EXPECT_EQ(Count(html, "<path class=\"noloop\""), 2U);  // one, and the legend's
-  EXPECT_EQ(Count(html, "class=\"link rejected\" x1=\"2\""), 1U);
+  EXPECT_EQ(Count(html, "<path class=\"noloop\""), 3U);  // one, and two legends'
+  EXPECT_EQ(Count(html, "class=\"link rejected\" x1=\"2\""), 2U);
   for (const char* absent : {"<script", "http:", "https:", "nan", "inf\""}) {
     EXPECT_THAT(html, Not(HasSubstr(absent)));
   }
