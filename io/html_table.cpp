@@ -14,7 +14,7 @@ const char* ClassOf(const HtmlColumn& column) { return column.number ? " class=\
 }  // namespace
 
 HtmlTable::HtmlTable(std::vector<HtmlColumn> columns) : columns_(std::move(columns)) {
-  html_ = "<div class=\"scroll\"><table>\n<thead><tr>";
+  html_ = "<table>\n<thead><tr>";
   for (const HtmlColumn& column : columns_) {
     html_ += fmt::format("<th{}>{}</th>", ClassOf(column), column.title);
   }

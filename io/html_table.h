@@ -19,7 +19,7 @@ class HtmlTable {
   /// One cell for each column.
   void Row(const std::vector<std::string>& cells, const std::string& row_class = {});
 
-  std::string Finish() const { return html_ + "</tbody></table></div>\n"; }
+  std::string Finish() const { return html_ + "</tbody></table>\n"; }
 
  private:
   std::vector<HtmlColumn> columns_;

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <map>
+#include <optional>
 
 #include "core/error.h"
 
@@ -28,20 +30,53 @@ void RgbImage::Set(int x, int y, std::array<std::uint8_t, 3> colour) {
   std::copy(colour.begin(), colour.end(), rgb.begin() + static_cast<std::ptrdiff_t>(i));
 }
 
+namespace {
+
+using Colour = std::array<std::uint8_t, 3>;
+
+/// A picture of at most 256 colours as indices into them, in order of appearance.
+struct IndexedImage {
+  std::vector<std::uint8_t> colours;  // 3 each
+  std::vector<std::uint8_t> pixels;
+};
+
+std::optional<IndexedImage> Index(const RgbImage& image) {
+  constexpr std::size_t kMostColours = 256;
+  IndexedImage indexed;
+  indexed.pixels.reserve(image.rgb.size() / 3);
+  std::map<Colour, std::uint8_t> indices;
+  for (std::size_t i = 0; i < image.rgb.size(); i += 3) {
+    const Colour colour = {image.rgb[i], image.rgb[i + 1], image.rgb[i + 2]};
+    auto found = indices.find(colour);
+    if (found == indices.end()) {
+      if (indices.size() == kMostColours) return std::nullopt;
+      found = indices.emplace(colour, static_cast<std::uint8_t>(indices.size())).first;
+      indexed.colours.insert(indexed.colours.end(), colour.begin(), colour.end());
+    }
+    indexed.pixels.push_back(found->second);
+  }
+  return indexed;
+}
+
+}  // namespace
+
 std::vector<std::uint8_t> EncodePng(const RgbImage& image) {
   BACKSIGHT_CHECK(image.width > 0 && image.height > 0 &&
                       image.rgb.size() == 3 * static_cast<std::size_t>(image.width) *
                                               static_cast<std::size_t>(image.height),
                   "picture sizes");
+  const std::optional<IndexedImage> indexed = Index(image);
   png_image png{};
   png.version = PNG_IMAGE_VERSION;
   png.width = static_cast<png_uint_32>(image.width);
   png.height = static_cast<png_uint_32>(image.height);
-  png.format = PNG_FORMAT_RGB;
+  png.format = indexed ? PNG_FORMAT_RGB_COLORMAP : PNG_FORMAT_RGB;
+  if (indexed) png.colormap_entries = static_cast<png_uint_32>(indexed->colours.size() / 3);
   std::vector<std::uint8_t> bytes(PNG_IMAGE_PNG_SIZE_MAX(png));
   png_alloc_size_t size = bytes.size();
-  const int written =
-      png_image_write_to_memory(&png, bytes.data(), &size, 0, image.rgb.data(), 0, nullptr);
+  const int written = png_image_write_to_memory(&png, bytes.data(), &size, 0,
+                                                indexed ? indexed->pixels.data() : image.rgb.data(),
+                                                0, indexed ? indexed->colours.data() : nullptr);
   BACKSIGHT_CHECK(written != 0, png.message);
   bytes.resize(size);
   return bytes;

@@ -20,7 +20,8 @@ struct RgbImage {
   std::vector<std::uint8_t> rgb;  ///< 3 * width * height
 };
 
-/// The bytes of a PNG file. Throws InternalError if the sizes do not fit together.
+/// The bytes of a PNG file, with a palette where 256 colours suffice. Throws InternalError if the
+/// sizes do not fit together.
 std::vector<std::uint8_t> EncodePng(const RgbImage& image);
 
 }  // namespace backsight

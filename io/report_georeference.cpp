@@ -4,6 +4,7 @@
 
 #include "io/html_table.h"
 #include "io/html_text.h"
+#include "io/report_vectors.h"
 
 namespace backsight {
 namespace {
@@ -15,9 +16,7 @@ std::string Mm(double metres, const std::string& field) {
 std::string Chain(const GeoreferenceRecord& g) {
   const std::string field =
       fmt::format("georeference of component {}", ComponentNumber(g.component));
-  std::string text = "Coordinates: <b>" + HtmlText(g.crs) + "</b>";
-  if (!g.heights.empty()) text += ", " + HtmlText(g.heights);
-  text += ". ";
+  std::string text;
   if (g.origin_deg_deg_m) {
     text += fmt::format(
         "Adjusted in a local frame (east, north, up) at latitude {}&deg;, longitude {}&deg;, "
@@ -104,8 +103,10 @@ std::string CheckTable(const GeoreferenceRecord& g) {
 }  // namespace
 
 std::string GeoreferenceSection(const RunRecord& run) {
-  if (run.georeference.empty()) return {};
-  std::string html = "<h2>Control and check points</h2>\n";
+  if (run.georeference.empty()) {
+    return HtmlSentence("The project gives neither: nothing independent tests the coordinates.");
+  }
+  std::string html;
   for (const GeoreferenceRecord& g : run.georeference) {
     if (run.georeference.size() > 1) {
       html += fmt::format("<h3>Component {}</h3>\n", ComponentNumber(g.component));
@@ -115,7 +116,7 @@ std::string GeoreferenceSection(const RunRecord& run) {
                            ". It stays in its own survey frame.");
       continue;
     }
-    html += Chain(g) + ControlTable(g) + CheckTable(g);
+    html += Chain(g) + ResidualSvg(run, g) + ControlTable(g) + CheckTable(g);
   }
   return html;
 }

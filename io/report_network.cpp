@@ -11,30 +11,33 @@
 namespace backsight {
 namespace {
 
+/// Two tables, since one would be wider than paper: of the links, and of the planes.
 std::string ComponentTable(const RunRecord& run) {
-  HtmlTable table({{"component", true},
+  HtmlTable links({{"component", true},
                    {"stations", true},
                    {"links", true},
                    {"redundancy", true},
                    {"links' &sigma; factor", true},
-                   {"planes of all stations"},
-                   {"planes", true},
-                   {"observations", true},
-                   {"rounds", true},
-                   {"iterations", true},
-                   {"planes' &sigma; factor", true},
                    {"least determined"},
                    {"&sigma; there [mm]", true}});
+  HtmlTable planes({{"component", true},
+                    {"planes of all stations"},
+                    {"planes", true},
+                    {"observations", true},
+                    {"rounds", true},
+                    {"iterations", true},
+                    {"planes' &sigma; factor", true}});
   for (const ComponentRecord& c : run.components) {
-    const std::string field = fmt::format("component {}", ComponentNumber(c.component));
-    table.Row({std::to_string(ComponentNumber(c.component)), std::to_string(c.stations),
-               std::to_string(c.links), std::to_string(c.redundancy),
-               FixedText(c.sigma_factor, 2, field), HtmlText(CodeWords(c.refinement)),
-               std::to_string(c.planes), std::to_string(c.observations), std::to_string(c.rounds),
-               std::to_string(c.iterations), FixedText(c.plane_sigma_factor, 2, field),
+    const std::string number = std::to_string(ComponentNumber(c.component));
+    const std::string field = "component " + number;
+    links.Row({number, std::to_string(c.stations), std::to_string(c.links),
+               std::to_string(c.redundancy), FixedText(c.sigma_factor, 2, field),
                HtmlText(c.weakest_station), FixedText(1000 * c.weakest_sigma_m, 2, field)});
+    planes.Row({number, HtmlText(CodeWords(c.refinement)), std::to_string(c.planes),
+                std::to_string(c.observations), std::to_string(c.rounds),
+                std::to_string(c.iterations), FixedText(c.plane_sigma_factor, 2, field)});
   }
-  return table.Finish();
+  return links.Finish() + planes.Finish();
 }
 
 double Median(std::vector<double> values) {

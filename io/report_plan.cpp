@@ -8,112 +8,204 @@
 #include <map>
 
 #include "core/error.h"
+#include "io/html_table.h"
 #include "io/html_text.h"
+#include "io/plot_sheet.h"
 
 namespace backsight {
 namespace {
 
-constexpr double kWidth = 960.0;
-constexpr double kMinHeight = 260.0;
-constexpr double kMaxHeight = 720.0;
-constexpr double kMargin = 60.0;
-constexpr double kFoot = 50.0;  // room for the scale bar below the stations
+/// More signs than this hide each other; then those of the largest sigmas are drawn.
+constexpr std::size_t kMostWeakest = 60;
 
-/// Positions of the stations of one component and their place on the sheet.
-class PlanLayout {
+using Poses = std::map<std::string, const PoseRecord*>;
+
+Poses PosesOf(const RunRecord& run, int component) {
+  Poses poses;
+  for (const PoseRecord& pose : run.poses) {
+    if (pose.status == StationStatus::kRegistered && pose.component == component) {
+      poses[pose.station] = &pose;
+    }
+  }
+  return poses;
+}
+
+Eigen::Vector2d PlanPosition(const PoseRecord& pose) {
+  const Eigen::Vector2d xy = ShownPose(pose).translation.head<2>();
+  if (!xy.allFinite()) throw InternalError("plan view: position of " + pose.station);
+  return xy;
+}
+
+/// One component's drawing.
+class Plan {
  public:
-  PlanLayout(const RunRecord& run, int component) {
-    for (const PoseRecord& pose : run.poses) {
-      if (pose.status != StationStatus::kRegistered || pose.component != component) continue;
-      const Eigen::Vector2d xy = pose.survey_from_station.translation.head<2>();
-      if (!xy.allFinite()) throw InternalError("plan view: position of " + pose.station);
-      positions_[pose.station] = xy;
+  Plan(const RunRecord& run, Poses poses)
+      : run_(run), poses_(std::move(poses)), sheet_(Positions(poses_)) {}
+
+  std::string Links() const {
+    std::string svg;
+    // Accepted links are drawn last, over the dashed ones.
+    for (const bool accepted : {false, true}) {
+      for (const LinkRecord& link : run_.links) {
+        if ((link.status == LinkStatus::kAccepted) == accepted && Holds(link)) svg += Line(link);
+      }
     }
-    if (positions_.empty()) throw InternalError("plan view of a component without stations");
-    Eigen::Vector2d min = positions_.begin()->second;
-    Eigen::Vector2d max = min;
-    for (const auto& [station, xy] : positions_) {
-      min = min.cwiseMin(xy);
-      max = max.cwiseMax(xy);
-    }
-    const Eigen::Vector2d extent = (max - min).cwiseMax(1.0);
-    pixels_per_m_ = std::min((kWidth - 2 * kMargin) / extent.x(),
-                             (kMaxHeight - 2 * kMargin - kFoot) / extent.y());
-    height_ = std::max(kMinHeight, extent.y() * pixels_per_m_ + 2 * kMargin + kFoot);
-    middle_m_ = 0.5 * (min + max);
+    return svg;
   }
 
-  const std::map<std::string, Eigen::Vector2d>& positions() const { return positions_; }
-  double height() const { return height_; }
-  double pixels_per_m() const { return pixels_per_m_; }
-  bool Holds(const std::string& station) const { return positions_.contains(station); }
-  Eigen::Vector2d OnSheet(const std::string& station) const {
-    const Eigen::Vector2d offset = (positions_.at(station) - middle_m_) * pixels_per_m_;
-    return {kWidth / 2 + offset.x(), (height_ - kFoot) / 2 - offset.y()};
+  std::string WeakestDirections() const {
+    std::vector<const LinkRecord*> links;
+    for (const LinkRecord& link : run_.links) {
+      if (link.status == LinkStatus::kAccepted && link.weakest && Holds(link)) {
+        links.push_back(&link);
+      }
+    }
+    std::stable_sort(links.begin(), links.end(), [](const LinkRecord* a, const LinkRecord* b) {
+      return a->weakest->sigma_m > b->weakest->sigma_m;
+    });
+    if (links.size() > kMostWeakest) links.resize(kMostWeakest);
+    std::string svg;
+    for (const LinkRecord* link : links) svg += Weakest(*link);
+    return svg;
   }
+
+  /// Sets the factor by which they are exaggerated; 0: there is nothing to draw.
+  std::string Ellipses(double* factor) const {
+    std::vector<double> lengths;
+    for (const auto& [station, pose] : poses_) {
+      if (const auto covariance = ShownCovariance(*pose)) {
+        lengths.push_back(EllipseOf(ShownPose(*pose), *covariance).semi_major_m);
+      }
+    }
+    *factor = sheet_.Exaggeration(lengths);
+    if (*factor == 0.0) return {};
+    std::string svg;
+    for (const auto& [station, pose] : poses_) svg += Ellipse(*pose, *factor);
+    return svg;
+  }
+
+  std::string Stations() const {
+    std::vector<Eigen::Vector2d> marks;
+    for (const auto& [station, pose] : poses_) marks.push_back(OnSheet(station));
+    const bool many = poses_.size() > 40;
+    LabelPlacer labels(sheet_, marks, many ? 10.0 : 14.0);
+    std::string svg;
+    for (const Eigen::Vector2d& p : marks) {
+      svg += fmt::format("<circle class=\"station\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{}\"/>\n",
+                         p.x(), p.y(), many ? 3.5 : 5);
+    }
+    for (const auto& [station, pose] : poses_) svg += labels.Label(OnSheet(station), station);
+    return svg;
+  }
+
+  const PlotSheet& sheet() const { return sheet_; }
+  bool on_ground() const { return poses_.begin()->second->ground.has_value(); }
 
  private:
-  std::map<std::string, Eigen::Vector2d> positions_;
-  Eigen::Vector2d middle_m_ = Eigen::Vector2d::Zero();
-  double pixels_per_m_ = 1.0;
-  double height_ = kMinHeight;
+  static std::vector<Eigen::Vector2d> Positions(const Poses& poses) {
+    std::vector<Eigen::Vector2d> positions;
+    for (const auto& [station, pose] : poses) positions.push_back(PlanPosition(*pose));
+    return positions;
+  }
+  bool Holds(const LinkRecord& link) const {
+    return link.status != LinkStatus::kSkipped && poses_.contains(link.source) &&
+           poses_.contains(link.target);
+  }
+  Eigen::Vector2d OnSheet(const std::string& station) const {
+    return sheet_.OnSheet(PlanPosition(*poses_.at(station)));
+  }
+
+  std::string Line(const LinkRecord& link) const {
+    const bool accepted = link.status == LinkStatus::kAccepted;
+    const Eigen::Vector2d a = OnSheet(link.source);
+    const Eigen::Vector2d b = OnSheet(link.target);
+    const std::string name = HtmlText(link.source + " \xe2\x80\x93 " + link.target);
+    const std::string meaning =
+        accepted ? FixedText(1000 * link.network_residual_m, 1, "network_residual_m") + " mm"
+                 : HtmlText(ToString(link.status) + ": " + link.reason);
+    std::string svg = fmt::format(
+        "<line class=\"link {}\" x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\">"
+        "<title>{}: {}</title></line>\n",
+        accepted ? fmt::format("accepted r{}", ResidualClass(link.network_residual_m)) : "rejected",
+        a.x(), a.y(), b.x(), b.y(), name, meaning);
+    if (accepted && link.loop_controlled == false) {
+      const Eigen::Vector2d m = a + 0.35 * (b - a);
+      svg += fmt::format(
+          "<path class=\"noloop\" d=\"M{0:.1f} {1:.1f}l7 7l-7 7l-7 -7z\"><title>{2}: on no loop"
+          "</title></path>\n",
+          m.x(), m.y() - 7, name);
+    }
+    return svg;
+  }
+
+  std::string Weakest(const LinkRecord& link) const {
+    constexpr double kHalfLength = 15.0;
+    const Eigen::Vector2d middle = 0.5 * (OnSheet(link.source) + OnSheet(link.target));
+    const Eigen::Vector3d direction =
+        ShownPose(*poses_.at(link.target)).rotation * link.weakest->direction;
+    const std::string title =
+        fmt::format("<title>{}: {} mm in its weakest direction</title>",
+                    HtmlText(link.source + " \xe2\x80\x93 " + link.target),
+                    FixedText(1000 * link.weakest->sigma_m, 2, "weakest sigma"));
+    if (std::abs(direction.z()) > 0.9) {
+      return fmt::format("<circle class=\"weak\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"5\">{}</circle>\n",
+                         middle.x(), middle.y(), title);
+    }
+    const Eigen::Vector2d half = kHalfLength * Eigen::Vector2d(direction.x(), -direction.y());
+    return fmt::format(
+        "<line class=\"weak\" x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\">{}</line>\n",
+        middle.x() - half.x(), middle.y() - half.y(), middle.x() + half.x(), middle.y() + half.y(),
+        title);
+  }
+
+  std::string Ellipse(const PoseRecord& pose, double factor) const {
+    const auto covariance = ShownCovariance(pose);
+    if (!covariance) return {};
+    const ErrorEllipse ellipse = EllipseOf(ShownPose(pose), *covariance);
+    const double pixels = factor * sheet_.pixels_per_m();
+    if (ellipse.semi_major_m * pixels < 0.5) return {};
+    const Eigen::Vector2d p = OnSheet(pose.station);
+    return fmt::format(
+        "<ellipse class=\"sigma\" rx=\"{0:.2f}\" ry=\"{1:.2f}\" "
+        "transform=\"translate({2:.1f} {3:.1f}) rotate({4:.1f})\"/>\n",
+        ellipse.semi_major_m * pixels, std::max(0.3, ellipse.semi_minor_m * pixels), p.x(), p.y(),
+        ellipse.azimuth_deg - 90.0);
+  }
+
+  const RunRecord& run_;
+  Poses poses_;
+  PlotSheet sheet_;
 };
 
-std::string LinkClass(const LinkRecord& link) {
-  if (link.status != LinkStatus::kAccepted) return "rejected";
-  return fmt::format("accepted r{}", ResidualClass(link.network_residual_m));
-}
-
-std::string LinkLine(const LinkRecord& link, const PlanLayout& layout) {
-  const Eigen::Vector2d a = layout.OnSheet(link.source);
-  const Eigen::Vector2d b = layout.OnSheet(link.target);
-  const std::string name = HtmlText(link.source + " \xe2\x80\x93 " + link.target);
-  const std::string meaning =
-      link.status == LinkStatus::kAccepted
-          ? FixedText(1000 * link.network_residual_m, 1, "network_residual_m") + " mm"
-          : HtmlText(ToString(link.status) + ": " + link.reason);
-  std::string svg = fmt::format(
-      "<line class=\"link {}\" x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\">"
-      "<title>{}: {}</title></line>\n",
-      LinkClass(link), a.x(), a.y(), b.x(), b.y(), name, meaning);
-  if (link.status == LinkStatus::kAccepted && link.loop_controlled == false) {
-    const Eigen::Vector2d m = 0.5 * (a + b);
-    svg += fmt::format(
-        "<path class=\"noloop\" d=\"M{0:.1f} {1:.1f}l7 7l-7 7l-7 -7z\"><title>{2}: on no loop"
-        "</title></path>\n",
-        m.x(), m.y() - 7, name);
-  }
-  return svg;
-}
-
-/// The round length (1, 2 or 5 times a power of ten) that takes at most a quarter of the sheet.
-double BarLength(double pixels_per_m) {
-  const double longest = kWidth / 4 / pixels_per_m;
-  const double decade = std::pow(10.0, std::floor(std::log10(longest)));
-  for (const double step : {5.0, 2.0}) {
-    if (step * decade <= longest) return step * decade;
-  }
-  return decade;
-}
-
-std::string ScaleBar(const PlanLayout& layout) {
-  const double length_m = BarLength(layout.pixels_per_m());
-  const double y = layout.height() - 24;
-  const double right = kWidth - 24;
+std::string LegendLine(const std::string& line_class, const std::string& meaning) {
   return fmt::format(
-      "<path class=\"axis\" d=\"M{0:.1f} {1:.1f}v8H{2:.1f}v-8\"/>"
-      "<text class=\"note\" x=\"{3:.1f}\" y=\"{4:.1f}\" text-anchor=\"middle\">{5:g} m</text>\n",
-      right - length_m * layout.pixels_per_m(), y, right,
-      right - length_m * layout.pixels_per_m() / 2, y - 2, length_m);
+      "<span><svg width=\"34\" height=\"10\"><line class=\"link {}\" x1=\"2\" y1=\"5\" x2=\"32\" "
+      "y2=\"5\"/></svg>{}</span>\n",
+      line_class, meaning);
 }
 
-std::string Axes(const PlanLayout& layout) {
-  const double y = layout.height() - 18;
-  return fmt::format(
-      "<path class=\"axis\" d=\"M24 {0:.1f}v-44m-4 8l4 -8l4 8M24 {0:.1f}h44m-8 -4l8 4l-8 4\"/>"
-      "<text class=\"note\" x=\"74\" y=\"{1:.1f}\">x</text>"
-      "<text class=\"note\" x=\"20\" y=\"{2:.1f}\">y</text>\n",
-      y, y + 4, y - 50);
+/// What colours and signs mean.
+std::string Legend() {
+  const auto& limits = kResidualClassesM;
+  const auto mm = [](double value) { return fmt::format("{:g}", 1000 * value); };
+  std::string html = "<div class=\"legend\"><span>link less adjusted network:</span>\n";
+  html += LegendLine("r0", "up to " + mm(limits[0]) + " mm");
+  html += LegendLine("r1", "up to " + mm(limits[1]) + " mm");
+  html += LegendLine("r2", "up to " + mm(limits[2]) + " mm");
+  html += LegendLine("r3", "above " + mm(limits[2]) + " mm");
+  html += LegendLine("rejected", "rejected or failed");
+  html +=
+      "<span><svg width=\"18\" height=\"18\"><path class=\"noloop\" d=\"M9 2l7 7l-7 7l-7 -7z\"/>"
+      "</svg>uncontrolled: on no loop</span>\n";
+  html +=
+      "<span><svg width=\"34\" height=\"12\"><line class=\"weak\" x1=\"4\" y1=\"6\" x2=\"30\" "
+      "y2=\"6\"/></svg>weakest direction of a link (shorter: partly vertical; "
+      "<svg width=\"14\" height=\"14\"><circle class=\"weak\" cx=\"7\" cy=\"7\" "
+      "r=\"5\"/></svg>: vertical)</span>\n";
+  return html + fmt::format(
+                    "<span><svg width=\"30\" height=\"14\"><ellipse class=\"sigma\" "
+                    "cx=\"15\" cy=\"7\" rx=\"12\" ry=\"5\"/></svg>error ellipse</span></div>"
+                    "\n");
 }
 
 }  // namespace
@@ -125,31 +217,32 @@ int ResidualClass(double residual_m) {
   return index;
 }
 
+const RigidTransform& ShownPose(const PoseRecord& pose) {
+  return pose.ground ? pose.ground->enu_from_station : pose.survey_from_station;
+}
+
+std::optional<Matrix6d> ShownCovariance(const PoseRecord& pose) {
+  return pose.ground ? std::optional(pose.ground->covariance) : pose.covariance;
+}
+
 std::string PlanSvg(const RunRecord& run, int component) {
-  const PlanLayout layout(run, component);
-  std::string svg = fmt::format(
-      "<svg class=\"plan\" viewBox=\"0 0 {0:.0f} {1:.0f}\" role=\"img\" "
-      "aria-label=\"Plan view of component {2}\">\n",
-      kWidth, layout.height(), ComponentNumber(component));
-  // Accepted links are drawn last, over the dashed ones.
-  for (const bool accepted : {false, true}) {
-    for (const LinkRecord& link : run.links) {
-      if (link.status == LinkStatus::kSkipped) continue;
-      if ((link.status == LinkStatus::kAccepted) != accepted) continue;
-      if (layout.Holds(link.source) && layout.Holds(link.target)) svg += LinkLine(link, layout);
-    }
-  }
-  for (const auto& [station, xy] : layout.positions()) {
-    const Eigen::Vector2d p = layout.OnSheet(station);
-    // Labels of stations near the right edge go to the left of their mark.
-    const bool left = p.x() > kWidth - 2 * kMargin;
-    svg += fmt::format(
-        "<circle class=\"station\" cx=\"{0:.1f}\" cy=\"{1:.1f}\" r=\"5\"/>"
-        "<text class=\"label\" x=\"{2:.1f}\" y=\"{3:.1f}\" text-anchor=\"{4}\">{5}</text>\n",
-        p.x(), p.y(), p.x() + (left ? -9 : 9), p.y() - 7, left ? "end" : "start",
-        HtmlText(station));
-  }
-  return svg + Axes(layout) + ScaleBar(layout) + "</svg>\n";
+  Poses poses = PosesOf(run, component);
+  if (poses.empty()) throw InternalError("plan view of a component without stations");
+  const Plan plan(run, std::move(poses));
+  double factor = 0.0;
+  const std::string ellipses = plan.Ellipses(&factor);
+  const std::string svg =
+      plan.sheet().Open(fmt::format("Plan view of component {}", ComponentNumber(component))) +
+      plan.Links() + ellipses + plan.WeakestDirections() + plan.Stations() +
+      (plan.on_ground() ? plan.sheet().Close("E", "N") : plan.sheet().Close("x", "y"));
+  const std::string ellipse_note =
+      factor > 0.0 ? fmt::format(
+                         "Error ellipses (one standard deviation, horizontal) are drawn "
+                         "<b>{:g} times</b> too large.",
+                         factor)
+                   : "No station has an error ellipse.";
+  return "<figure>\n" + svg + Legend() +
+         HtmlSentence("<span class=\"soft\">" + ellipse_note + "</span>") + "</figure>\n";
 }
 
 }  // namespace backsight

@@ -13,9 +13,16 @@ inline constexpr double kResidualClassesM[] = {0.002, 0.005, 0.010};
 /// Class 0 to 3 of a network residual.
 int ResidualClass(double residual_m);
 
-/// Plan view (x to the right, y up, to scale) of one component of the network as inline SVG:
-/// stations with labels, accepted links by residual class, rejected links dashed, axes, scale bar.
-/// Throws InternalError for a non-finite position or residual.
+/// Where a station stands in drawings and tables: in the frame of the control where that places it,
+/// otherwise in the survey frame.
+const RigidTransform& ShownPose(const PoseRecord& pose);
+/// The covariance of that; none where there is none.
+std::optional<Matrix6d> ShownCovariance(const PoseRecord& pose);
+
+/// Plan view (to scale) of one component of the network as inline SVG with its legend below:
+/// stations with names and exaggerated error ellipses, accepted links by residual class with their
+/// weakest direction, rejected links dashed, axes, scale bar. Throws InternalError for a non-finite
+/// position or residual.
 std::string PlanSvg(const RunRecord& run, int component);
 
 }  // namespace backsight

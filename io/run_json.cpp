@@ -7,18 +7,20 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
+#include "io/report_document.h"
+#include "io/report_fields.h"
 
 namespace backsight {
 namespace {
 
 using nlohmann::ordered_json;
 
-constexpr int kSchemaVersion = 1;
+constexpr int kPosesVersion = 1;
+constexpr int kManifestVersion = 1;
 
 /// JSON has no NaN; the library would write null in its place.
 void RequireFinite(const ordered_json& value, const std::string& where) {
@@ -34,244 +36,128 @@ std::string Dump(const ordered_json& document, const std::string& name) {
   return document.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
 }
 
-ordered_json ToJson(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+template <typename Value>
+ordered_json ToJson(const Value& value);
 
-ordered_json ToJson(const RigidTransform& transform) {
-  const Eigen::Quaterniond q = transform.Quaternion();
-  return {{"translation_m", ToJson(transform.translation)},
-          {"quaternion_wxyz", {q.w(), q.x(), q.y(), q.z()}}};
-}
+/// A number, text, list or motion; what has keys is a record.
+template <typename Value>
+requires std::is_arithmetic_v<Value> ordered_json Json(const Value& value) { return value; }
 
-ordered_json ToJson(const std::optional<RigidTransform>& transform) {
-  return transform ? ToJson(*transform) : ordered_json();
-}
+ordered_json Json(const std::string& text) { return text; }
 
-ordered_json ToJson(const Matrix6d& matrix) {
-  ordered_json rows = ordered_json::array();
-  for (int i = 0; i < 6; ++i) {
-    ordered_json row = ordered_json::array();
-    for (int j = 0; j < 6; ++j) row.push_back(matrix(i, j));
-    rows.push_back(std::move(row));
-  }
-  return rows;
-}
+template <typename Word>
+requires std::is_enum_v<Word> ordered_json Json(const Word& word) { return ToString(word); }
 
-ordered_json ToJson(const std::optional<GroundPose>& ground) {
-  if (!ground) return {};
-  const PoseSigma sigma = SigmaOf(ground->enu_from_station, ground->covariance);
-  return {{"enu_from_station", ToJson(ground->enu_from_station)},
-          {"covariance", ToJson(ground->covariance)},
-          {"sigma_position_m", ToJson(sigma.position_m)},
-          {"sigma_worst_m", sigma.worst_position_m},
-          {"sigma_rotation_deg", ToJson(sigma.rotation_deg)},
-          {"crs_position", ToJson(ground->position)}};
-}
-
-ordered_json ToJson(const PoseRecord& pose) {
-  const bool placed = pose.status == StationStatus::kRegistered;
-  ordered_json json = {{"station", pose.station},
-                       {"status", ToString(pose.status)},
-                       {"reason", pose.reason},
-                       {"component", placed ? ordered_json(pose.component) : ordered_json()},
-                       {"links", pose.link_count},
-                       {"survey_from_station", nullptr},
-                       {"covariance", nullptr},
-                       {"sigma_position_m", nullptr},
-                       {"sigma_worst_m", nullptr},
-                       {"sigma_rotation_deg", nullptr}};
-  if (placed) json["survey_from_station"] = ToJson(pose.survey_from_station);
-  if (placed && pose.covariance) {
-    const PoseSigma sigma = *SigmaOf(pose);
-    json["covariance"] = ToJson(*pose.covariance);
-    json["sigma_position_m"] = ToJson(sigma.position_m);
-    json["sigma_worst_m"] = sigma.worst_position_m;
-    json["sigma_rotation_deg"] = ToJson(sigma.rotation_deg);
-  }
-  json["ground"] = placed ? ToJson(pose.ground) : ordered_json();
-  return json;
-}
-
-ordered_json ToJson(const std::optional<HeldOutRecord>& held_out) {
-  if (!held_out) return {};
-  return {{"planes", held_out->planes},
-          {"rms_before_m", held_out->rms_before_m},
-          {"rms_after_m", held_out->rms_after_m},
-          {"bias_before_m", held_out->bias_before_m},
-          {"bias_after_m", held_out->bias_after_m}};
-}
-
-ordered_json ToJson(const LinkRecord& link) {
-  const auto fine = [&](auto value) { return link.fine ? ordered_json(value) : ordered_json(); };
-  const bool aligned = link.fine.has_value() || link.coarse.has_value();
-  return {{"source", link.source},
-          {"target", link.target},
-          {"status", ToString(link.status)},
-          {"reason", link.reason},
-          {"target_from_source", ToJson(link.fine)},
-          {"coarse_target_from_source", ToJson(link.coarse)},
-          {"candidates", link.candidates},
-          {"conflict", aligned ? ordered_json(link.conflict) : ordered_json()},
-          {"agreement", aligned ? ordered_json(link.agreement) : ordered_json()},
-          {"overlap", aligned ? ordered_json(link.overlap) : ordered_json()},
-          {"rms_m", fine(link.rms_m)},
-          {"fine_status", link.fine_status},
-          {"correspondences", link.correspondences},
-          {"consensus", link.consensus},
-          {"consensus_null", link.consensus_null},
-          {"planes", fine(link.planes)},
-          {"weakest_sigma_m", fine(link.weakest_sigma_m)},
-          {"iterations", fine(link.iterations)},
-          {"network_weight", fine(link.network_weight)},
-          {"network_residual_m", fine(link.network_residual_m)},
-          {"network_residual_deg", fine(link.network_residual_deg)},
-          {"loop_controlled",
-           link.loop_controlled ? ordered_json(*link.loop_controlled) : ordered_json()},
-          {"covariance", link.covariance ? ToJson(*link.covariance) : ordered_json()},
-          {"held_out", ToJson(link.held_out)}};
-}
-
-ordered_json ToJson(const ScanRecord& scan) {
-  return {{"station", scan.station},   {"path", scan.path},     {"format", scan.format},
-          {"records", scan.records},   {"points", scan.points}, {"dropped", scan.dropped},
-          {"moving", scan.moving},     {"leaves", scan.leaves}, {"keypoints", scan.keypoints},
-          {"extent_m", scan.extent_m}, {"notes", scan.notes}};
-}
-
-ordered_json ToJson(const std::optional<Eigen::Vector3d>& v) {
-  return v ? ToJson(*v) : ordered_json();
-}
-
-ordered_json ToJson(const SurveyPointRecord& point) {
-  return {{"id", point.id},
-          {"role", point.check ? "check" : "control"},
-          {"excluded", point.excluded},
-          {"sightings", point.sightings},
-          {"residual_m", ToJson(point.residual_m)},
-          {"free_residual_m", ToJson(point.free_residual_m)},
-          {"w", ToJson(point.w)},
-          {"checked", point.checked},
-          {"sigma_m", ToJson(point.sigma_m)}};
-}
-
-ordered_json ToJson(const CheckRecord& check) {
-  return {{"points", check.points},
-          {"rmse_m", ToJson(check.rmse_m)},
-          {"rmse_horizontal_m", check.rmse_horizontal_m},
-          {"rmse_3d_m", check.rmse_3d_m},
-          {"predicted_3d_m", check.predicted_3d_m}};
-}
-
-ordered_json ToJson(const GeoreferenceRecord& g) {
-  ordered_json points = ordered_json::array();
-  for (const SurveyPointRecord& point : g.points) points.push_back(ToJson(point));
-  return {
-      {"component", g.component},
-      {"status", g.status},
-      {"crs", g.crs},
-      {"heights", g.heights},
-      {"origin_deg_deg_m", ToJson(g.origin_deg_deg_m)},
-      {"convergence_deg", g.convergence_deg},
-      {"point_scale", g.point_scale},
-      {"enu_from_survey", ToJson(g.enu_from_survey)},
-      {"scale", g.scale},
-      {"scale_test_ppm", g.scale_test ? ordered_json(g.scale_test->off_ppm) : ordered_json()},
-      {"scale_sigma_ppm", g.scale_test ? ordered_json(g.scale_test->sigma_ppm) : ordered_json()},
-      {"redundancy", g.redundancy},
-      {"variance_factor", g.variance_factor},
-      {"points", std::move(points)},
-      {"check", ToJson(g.check)}};
-}
-
-ordered_json ToJson(const ComponentRecord& component) {
-  return {{"component", component.component},
-          {"stations", component.stations},
-          {"links", component.links},
-          {"redundancy", component.redundancy},
-          {"sigma_factor", component.sigma_factor},
-          {"refinement", component.refinement},
-          {"planes", component.planes},
-          {"observations", component.observations},
-          {"rounds", component.rounds},
-          {"iterations", component.iterations},
-          {"anderson_accepted", component.anderson_accepted},
-          {"plane_sigma_factor", component.plane_sigma_factor},
-          {"weakest_station", component.weakest_station},
-          {"weakest_sigma_m", component.weakest_sigma_m}};
-}
-
-ordered_json ToJson(const ClosureRecord& closure) {
-  return {{"stations", closure.stations},
-          {"coarse_m", closure.coarse_m},
-          {"coarse_deg", closure.coarse_deg},
-          {"fine_m", closure.fine_m},
-          {"fine_deg", closure.fine_deg}};
-}
-
-ordered_json ToJson(const OutputRecord& output) {
-  return {{"path", output.path},
-          {"format", output.format},
-          {"points", output.points ? ordered_json(*output.points) : ordered_json()}};
-}
-
-ordered_json ToJson(const GateRecord& gate) {
-  return {
-      {"name", gate.name}, {"limit", gate.limit}, {"value", gate.value}, {"passed", gate.passed}};
-}
-
-template <typename Record>
-ordered_json ToJson(const std::vector<Record>& records) {
+template <int n>
+ordered_json Json(const Eigen::Matrix<double, n, 1>& v) {
   ordered_json list = ordered_json::array();
-  for (const Record& record : records) list.push_back(ToJson(record));
+  for (int i = 0; i < n; ++i) list.push_back(v[i]);
   return list;
 }
 
-std::vector<LinkRecord> TriedLinks(const std::vector<LinkRecord>& links) {
-  std::vector<LinkRecord> tried;
-  std::copy_if(links.begin(), links.end(), std::back_inserter(tried),
-               [](const LinkRecord& link) { return link.status != LinkStatus::kSkipped; });
-  return tried;
+ordered_json Json(const RigidTransform& transform) {
+  const Eigen::Quaterniond q = transform.Quaternion();
+  return {{"translation_m", Json(transform.translation)},
+          {"quaternion_wxyz", {q.w(), q.x(), q.y(), q.z()}}};
 }
 
-/// Pairs never tried, by reason; there may be some hundred thousand, and links.csv lists them.
-ordered_json CountSkipped(const std::vector<LinkRecord>& links) {
-  std::map<std::string, int> count;
-  for (const LinkRecord& link : links) {
-    if (link.status == LinkStatus::kSkipped) ++count[link.reason];
+ordered_json Json(const Matrix6d& matrix) {
+  ordered_json rows = ordered_json::array();
+  for (int i = 0; i < 6; ++i) rows.push_back(Json(Vector6d(matrix.row(i))));
+  return rows;
+}
+
+template <typename Value>
+ordered_json Json(const std::optional<Value>& value) {
+  return value ? ToJson(*value) : ordered_json();
+}
+
+template <typename List>
+ordered_json JsonList(const List& values) {
+  ordered_json list = ordered_json::array();
+  for (const auto& value : values) list.push_back(ToJson(value));
+  return list;
+}
+
+template <typename Value>
+ordered_json Json(const std::vector<Value>& values) {
+  return JsonList(values);
+}
+
+template <typename Value, std::size_t n>
+ordered_json Json(const std::array<Value, n>& values) {
+  return JsonList(values);
+}
+
+template <typename Value>
+ordered_json Json(const std::vector<std::pair<std::string, Value>>& values) {
+  ordered_json object = ordered_json::object();
+  for (const auto& [key, value] : values) object[key] = value;
+  return object;
+}
+
+/// A visitor of VisitFields that fills a JSON object.
+class Writer {
+ public:
+  explicit Writer(ordered_json object) : object_(std::move(object)) {}
+  ordered_json Finish() { return std::move(object_); }
+
+  template <typename Value>
+  void Field(const char* key, const Value& value) {
+    object_[key] = ToJson(value);
   }
-  ordered_json json = ordered_json::object();
-  for (const auto& [reason, n] : count) json[reason] = n;
-  return json;
+  template <typename Value>
+  void FieldIf(bool shown, const char* key, const Value& value) {
+    object_[key] = shown ? ToJson(value) : ordered_json();
+  }
+  void Word(const char* key, bool value, const char* yes, const char* no) {
+    object_[key] = value ? yes : no;
+  }
+  template <typename Function>
+  void Derived(const char* key, const Function& function) {
+    object_[key] = ToJson(function());
+  }
+
+ private:
+  ordered_json object_;
+};
+
+template <typename Value>
+ordered_json ToJson(const Value& value) {
+  if constexpr (requires { Json(value); }) {
+    return Json(value);
+  } else {
+    Writer writer(ordered_json::object());
+    VisitFields(writer, value);
+    return writer.Finish();
+  }
 }
 
 }  // namespace
 
+ReportDocument MakeReportDocument(RunRecord run, std::vector<PictureRecord> pictures) {
+  ReportDocument document{std::move(run), {}, std::move(pictures)};
+  std::map<std::string, std::uint64_t> count;
+  std::erase_if(document.run.links, [&](const LinkRecord& link) {
+    if (link.status != LinkStatus::kSkipped) return false;
+    ++count[link.reason];
+    return true;
+  });
+  document.skipped_pairs.assign(count.begin(), count.end());
+  return document;
+}
+
 std::string PosesJson(const std::vector<PoseRecord>& poses) {
-  return Dump({{"schema_version", kSchemaVersion},
+  return Dump({{"schema_version", kPosesVersion},
                {"covariance_order", "rotation (rad), translation (m); left perturbation"},
                {"poses", ToJson(poses)}},
               "poses.json");
 }
 
-std::string ReportJson(const RunRecord& run) {
-  ordered_json network = ordered_json::object();
-  for (const auto& [name, value] : run.network) network[name] = value;
-  return Dump({{"schema_version", kSchemaVersion},
-               {"project_name", run.project_name},
-               {"version", run.version},
-               {"verdict", run.verdict},
-               {"exit_code", run.exit_code},
-               {"gates", ToJson(run.gates)},
-               {"network", std::move(network)},
-               {"components", ToJson(run.components)},
-               {"closures", ToJson(run.closures)},
-               {"georeference", ToJson(run.georeference)},
-               {"poses", ToJson(run.poses)},
-               {"links", ToJson(TriedLinks(run.links))},
-               {"skipped_pairs", CountSkipped(run.links)},
-               {"scans", ToJson(run.scans)},
-               {"outputs", ToJson(run.outputs)},
-               {"warnings", run.warnings}},
-              "report.json");
+std::string ReportJson(const ReportDocument& document) {
+  Writer writer(ordered_json{{"schema_version", kReportVersion}});
+  VisitFields(writer, document);
+  return Dump(writer.Finish(), "report.json");
 }
 
 std::string ManifestJson(const ManifestRecord& manifest) {
@@ -287,7 +173,7 @@ std::string ManifestJson(const ManifestRecord& manifest) {
   for (const WrittenCloud& cloud : manifest.clouds) {
     clouds.push_back({{"path", cloud.path}, {"bytes", cloud.bytes}, {"modified", cloud.modified}});
   }
-  return Dump({{"schema_version", kSchemaVersion},
+  return Dump({{"schema_version", kManifestVersion},
                {"version", manifest.version},
                {"git_hash", manifest.git_hash},
                {"project_path", manifest.project_path},

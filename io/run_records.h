@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/rigid_transform.h"
+#include "io/distance_records.h"
 
 namespace backsight {
 
@@ -18,6 +19,11 @@ constexpr int ComponentNumber(int component) { return component + 1; }
 /// The words of the `status` columns.
 enum class StationStatus { kRegistered, kNotRegistered, kUnreadable };
 enum class LinkStatus { kAccepted, kRejected, kFailed, kSkipped };
+
+inline constexpr StationStatus kStationStatuses[] = {
+    StationStatus::kRegistered, StationStatus::kNotRegistered, StationStatus::kUnreadable};
+inline constexpr LinkStatus kLinkStatuses[] = {LinkStatus::kAccepted, LinkStatus::kRejected,
+                                               LinkStatus::kFailed, LinkStatus::kSkipped};
 
 std::string ToString(StationStatus status);
 std::string ToString(LinkStatus status);
@@ -56,6 +62,14 @@ std::optional<PoseSigma> SigmaOf(const PoseRecord& pose);
 /// The same of any motion with a covariance in Retract's convention.
 PoseSigma SigmaOf(const RigidTransform& motion, const Matrix6d& covariance);
 
+/// Horizontal standard error ellipse of a position.
+struct ErrorEllipse {
+  double semi_major_m = 0.0;
+  double semi_minor_m = 0.0;
+  double azimuth_deg = 0.0;  ///< of the major axis, from y towards x, 0 to 180
+};
+ErrorEllipse EllipseOf(const RigidTransform& motion, const Matrix6d& covariance);
+
 /// How two stations' views of the planes differ that took no part in the network's adjustment:
 /// an independent check. Metres, distances of one station's points from the other's plane.
 struct HeldOutRecord {
@@ -64,6 +78,12 @@ struct HeldOutRecord {
   double rms_after_m = 0.0;
   double bias_before_m = 0.0;  ///< mean signed distance
   double bias_after_m = 0.0;
+};
+
+/// What a pair's registration determines least: the place of the source's scanner.
+struct WeakestRecord {
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitX();  ///< unit, in the target's station frame
+  double sigma_m = 0.0;                                  ///< formal, of the pair alone
 };
 
 /// One line of links.csv: what became of one pair. Transforms are target_from_source.
@@ -93,6 +113,7 @@ struct LinkRecord {
   /// Of target_from_source in the adjusted network, Retract's convention; rad, m.
   std::optional<Matrix6d> covariance;
   std::optional<HeldOutRecord> held_out;
+  std::optional<WeakestRecord> weakest;  ///< where the fine registration determines the motion
 };
 
 /// Three stations joined by accepted links, and by how much the three motions miss the identity.
@@ -127,7 +148,8 @@ struct ComponentRecord {
 struct SurveyPointRecord {
   std::string id;
   bool check = false;
-  bool excluded = false;  ///< a blunder: it takes no part
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< as given: in the CRS or the local grid
+  bool excluded = false;                               ///< a blunder: it takes no part
   int sightings = 0;
   Eigen::Vector3d residual_m = Eigen::Vector3d::Zero();
   std::optional<Eigen::Vector3d> free_residual_m;    ///< control: of the network moved as a whole
@@ -202,7 +224,7 @@ struct GateRecord {
   bool passed = false;
 };
 
-/// Everything report.json and report.html are written from. No wall-clock times: those live in the
+/// Everything poses, links and reports are written from. No wall-clock times: those live in the
 /// manifest, so that equal runs give equal reports.
 struct RunRecord {
   std::string project_name;
@@ -219,6 +241,7 @@ struct RunRecord {
   std::vector<ClosureRecord> closures;
   std::vector<GeoreferenceRecord> georeference;         ///< by component; empty without control
   std::vector<std::pair<std::string, double>> network;  ///< named figures of the whole network
+  std::optional<DistanceRecord> distances;              ///< absent: nothing overlaps
 };
 
 /// What a run needed; only manifest.json holds it.

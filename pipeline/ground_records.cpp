@@ -26,7 +26,9 @@ SurveyPointRecord ControlRecord(const SurveyProject& project, const Georeference
                                 std::size_t place) {
   const GeoreferencingResult& result = part.result;
   SurveyPointRecord record;
-  record.id = project.control[static_cast<std::size_t>(part.control[place])].id;
+  const ControlPoint& point = project.control[static_cast<std::size_t>(part.control[place])];
+  record.id = point.id;
+  record.position = point.crs_m;
   record.excluded = result.excluded[place] != 0;
   record.sightings = result.control[place].sightings;
   record.residual_m = result.control[place].adjusted_m;
@@ -39,7 +41,9 @@ SurveyPointRecord ControlRecord(const SurveyProject& project, const Georeference
 SurveyPointRecord CheckPointRecord(const SurveyProject& project, const GeoreferencedPart& part,
                                    std::size_t place) {
   SurveyPointRecord record;
-  record.id = project.control[static_cast<std::size_t>(part.check[place])].id;
+  const ControlPoint& point = project.control[static_cast<std::size_t>(part.check[place])];
+  record.id = point.id;
+  record.position = point.crs_m;
   record.check = true;
   record.sightings = part.result.check[place].sightings;
   record.residual_m = part.result.check[place].mean_m;

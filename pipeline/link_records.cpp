@@ -1,6 +1,9 @@
 #include "pipeline/link_records.h"
 
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <numbers>
 #include <string>
@@ -51,6 +54,22 @@ std::string RefinementName(const NetworkRefinementResult& refinement) {
   return "kept_pose_graph";
 }
 
+/// Of the place of the source's scanner in the target's frame, from the registration's own
+/// information; absent where that leaves a direction open.
+std::optional<WeakestRecord> FindWeakest(const FineResult& fine) {
+  if (fine.status == FineResult::Status::kTooFewPlanes ||
+      fine.status == FineResult::Status::kDiverged) {
+    return std::nullopt;
+  }
+  const Eigen::LDLT<Matrix6d> solver(fine.information);
+  if (solver.info() != Eigen::Success || !solver.isPositive()) return std::nullopt;
+  const Eigen::Matrix<double, 3, 6> jacobian = PointJacobian(fine.target_from_source.translation);
+  const Eigen::Matrix3d covariance = jacobian * solver.solve(jacobian.transpose());
+  if (!covariance.allFinite()) return std::nullopt;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(covariance);
+  return WeakestRecord{axes.eigenvectors().col(2), std::sqrt(std::max(0.0, axes.eigenvalues()[2]))};
+}
+
 /// What registration and verification found of one motion.
 void FillMotion(const Station& source, const Station& target, const PairCandidate& motion,
                 LinkRecord* record) {
@@ -70,6 +89,7 @@ void FillMotion(const Station& source, const Station& target, const PairCandidat
   record->rms_m = motion.fine.rms_m;
   record->weakest_sigma_m = motion.fine.weakest_sigma_m;
   record->iterations = motion.fine.iterations;
+  record->weakest = FindWeakest(motion.fine);
 }
 
 /// What the network made of it. Covariances are carried from instrument to station frames; a

@@ -41,6 +41,16 @@ void AddStatus(CLI::App& app, int* code) {
   command->callback([=] { *code = StatusCommand(*folders); });
 }
 
+void AddReport(CLI::App& app, int* code) {
+  auto project = std::make_shared<std::string>();
+  auto out = std::make_shared<std::string>();
+  CLI::App* command =
+      app.add_subcommand("report", "Write report.html again from the report.json of a run");
+  command->add_option("project", *project, "survey project file (YAML)")->required();
+  command->add_option("--out", *out, "folder of results (default: out/ beside project)");
+  command->callback([=] { *code = ReportCommand(*project, *out); });
+}
+
 void AddCheck(CLI::App& app, int* code) {
   auto project = std::make_shared<std::string>();
   CLI::App* command = app.add_subcommand("check", "Validate a project and print the plan");
@@ -137,8 +147,8 @@ int Main(int argc, char** argv) {
   app.set_version_flag("--version", std::string("backsight ") + kVersion);
   app.require_subcommand(1);
   int code = kComplete;
-  for (const auto add : {AddRun, AddStatus, AddCheck, AddRegister, AddEvaluate, AddInfo, AddOptions,
-                         AddSimulate, AddDemo}) {
+  for (const auto add : {AddRun, AddStatus, AddReport, AddCheck, AddRegister, AddEvaluate, AddInfo,
+                         AddOptions, AddSimulate, AddDemo}) {
     add(app, &code);
   }
   try {

@@ -2,15 +2,19 @@
 
 #include <vector>
 
-#include "io/report_html.h"
+#include "io/picture_record.h"
+#include "pipeline/georeference_network.h"
 #include "pipeline/network_pipeline.h"
+#include "stages/surface_distances.h"
 
 namespace backsight {
 
-/// Pictures of the main component for the report: a plan view of all voxels coloured by station,
-/// and two vertical cross-sections, where misalignment between stations would show as double walls.
-/// Empty if nothing was placed.
-std::vector<ReportPicture> DrawReportPictures(const std::vector<Station>& stations,
-                                              const Network& network);
+/// Pictures of the main component for the report: density and heights from above, two horizontal
+/// and two vertical sections with a detail of each, and where surfaces lie how far apart that
+/// several stations measured. Empty if nothing was placed. `distances`: MeasureStationDistances.
+std::vector<PictureRecord> DrawReportPictures(const std::vector<Station>& stations,
+                                              const Network& network,
+                                              const GeoreferencedNetwork& ground,
+                                              const SurfaceDistances& distances);
 
 }  // namespace backsight

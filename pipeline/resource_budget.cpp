@@ -142,8 +142,10 @@ ResourceNeeds EstimateNeeds(const SurveyProject& project, const std::string& out
   }
   const std::uint64_t unknowns = 6 * project.stations.size();
   const std::uint64_t fixed = kProgramBytes + 4 * 8 * unknowns * unknowns;
-  needs.least_memory = fixed + static_cast<std::uint64_t>(kMemoryPerStored * static_cast<double>(least));
-  needs.likely_memory = fixed + static_cast<std::uint64_t>(kMemoryPerStored * static_cast<double>(likely));
+  needs.least_memory =
+      fixed + static_cast<std::uint64_t>(kMemoryPerStored * static_cast<double>(least));
+  needs.likely_memory =
+      fixed + static_cast<std::uint64_t>(kMemoryPerStored * static_cast<double>(likely));
   needs.physical_memory = static_cast<std::uint64_t>(::sysconf(_SC_PHYS_PAGES)) *
                           static_cast<std::uint64_t>(::sysconf(_SC_PAGE_SIZE));
   if (store.keeps()) disks.Add(store.folder(), to_store);
@@ -155,18 +157,19 @@ ResourceNeeds EstimateNeeds(const SurveyProject& project, const std::string& out
 void RequireRoom(const ResourceNeeds& needs, double memory_gb, const ExecutionContext& context) {
   for (const DiskNeed& disk : needs.disks) {
     if (disk.bytes <= disk.available) continue;
-    throw NoRoom(fmt::format("{}: this run writes {} at least, {} are free; free disk space, or "
-                             "write elsewhere (--out, --work)",
-                             disk.path, Gigabytes(disk.bytes), Gigabytes(disk.available)));
+    throw NoRoom(
+        fmt::format("{}: this run writes {} at least, {} are free; free disk space, or "
+                    "write elsewhere (--out, --work)",
+                    disk.path, Gigabytes(disk.bytes), Gigabytes(disk.available)));
   }
   const auto budget = static_cast<std::uint64_t>(memory_gb * kGigabyte);
   const std::uint64_t most = std::min(budget, needs.physical_memory);
   if (needs.least_memory > most) {
-    throw NoRoom(fmt::format("this run takes {} of memory at least, the budget is {} and the "
-                             "machine has {}; raise resources.memory_gb (--memory-gb), or "
-                             "registration.resolution_m",
-                             Gigabytes(needs.least_memory), Gigabytes(budget),
-                             Gigabytes(needs.physical_memory)));
+    throw NoRoom(fmt::format(
+        "this run takes {} of memory at least, the budget is {} and the "
+        "machine has {}; raise resources.memory_gb (--memory-gb), or "
+        "registration.resolution_m",
+        Gigabytes(needs.least_memory), Gigabytes(budget), Gigabytes(needs.physical_memory)));
   }
   if (needs.likely_memory > most) {
     context.Warning(fmt::format("this run will probably take {} of memory, more than the {} it may",

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <numbers>
 
+#include "pipeline/distance_records.h"
 #include "pipeline/ground_records.h"
 #include "pipeline/link_records.h"
 #include "pipeline/survey_pipeline.h"
@@ -241,6 +242,7 @@ std::vector<std::pair<std::string, double>> NetworkFigures(const PairDiscovery& 
 RunRecord SummarizeRun(const SurveyProject& project, const std::vector<Station>& stations,
                        const PairDiscovery& discovery, const Network& network,
                        const GeoreferencedNetwork& ground, const MovingPoints& moving,
+                       const SurfaceDistances& distances,
                        const std::vector<OutputRecord>& outputs) {
   RunRecord run;
   run.project_name = project.name;
@@ -260,6 +262,7 @@ RunRecord SummarizeRun(const SurveyProject& project, const std::vector<Station>&
   run.components = MakeComponentRecords(stations, network);
   run.closures = MakeClosureRecords(stations, discovery.pairs, network);
   run.network = NetworkFigures(discovery, network);
+  run.distances = MakeDistanceRecord(stations, distances);
   Judge(&run);
   AddWarnings(&run);
   AddPlacementWarnings(stations, network, &run);

@@ -8,6 +8,7 @@
 #include "pipeline/moving_points.h"
 #include "pipeline/network_pipeline.h"
 #include "pipeline/pair_discovery.h"
+#include "stages/surface_distances.h"
 
 namespace backsight {
 
@@ -16,6 +17,6 @@ namespace backsight {
 RunRecord SummarizeRun(const SurveyProject& project, const std::vector<Station>& stations,
                        const PairDiscovery& discovery, const Network& network,
                        const GeoreferencedNetwork& ground, const MovingPoints& moving,
-                       const std::vector<OutputRecord>& outputs);
+                       const SurfaceDistances& distances, const std::vector<OutputRecord>& outputs);
 
 }  // namespace backsight

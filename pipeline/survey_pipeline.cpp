@@ -11,6 +11,7 @@
 #include "pipeline/artifacts/network_artifact.h"
 #include "pipeline/artifacts/pair_units.h"
 #include "pipeline/cloud_outputs.h"
+#include "pipeline/distance_records.h"
 #include "pipeline/georeference_network.h"
 #include "pipeline/map_output.h"
 #include "pipeline/output_files.h"
@@ -88,9 +89,11 @@ SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
   clock.Finish("moving objects");
 
   // Poses first: whatever may happen to the large files, they are kept.
-  const std::vector<ReportPicture> pictures = DrawReportPictures(stations, network);
-  WriteReports(SummarizeRun(project, stations, discovery, network, ground, moving, {}), pictures,
-               out_directory);
+  const SurfaceDistances distances = MeasureStationDistances(stations, network, context);
+  const std::vector<PictureRecord> pictures =
+      DrawReportPictures(stations, network, ground, distances);
+  WriteReports(SummarizeRun(project, stations, discovery, network, ground, moving, distances, {}),
+               pictures, project.path, out_directory);
   clock.Finish("report");
   const std::vector<WrittenCloud> earlier =
       ReadWrittenClouds((std::filesystem::path(out_directory) / "manifest.json").string());
@@ -110,11 +113,12 @@ SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
 
   std::vector<OutputRecord> files = clouds.files;
   files.insert(files.end(), maps.files.begin(), maps.files.end());
-  run.record = SummarizeRun(project, stations, discovery, network, ground, moving, files);
+  run.record =
+      SummarizeRun(project, stations, discovery, network, ground, moving, distances, files);
   for (const auto* warnings : {&clouds.warnings, &stale, &maps.warnings}) {
     run.record.warnings.insert(run.record.warnings.end(), warnings->begin(), warnings->end());
   }
-  WriteReports(run.record, pictures, out_directory);
+  WriteReports(run.record, pictures, project.path, out_directory);
   return run;
 }
 

@@ -43,8 +43,9 @@ class PairUnits {
   const ArtifactStore& store() const { return store_; }
 
  private:
-  /// `compute` says whether it ran to its end.
-  void Run(const PairAttempt& attempt, const std::function<bool(Pair*)>& compute, Pair* pair) const;
+  /// Says whether it ran to its end.
+  using Compute = std::function<bool(const ExecutionContext&, Pair*)>;
+  void Run(const PairAttempt& attempt, const Compute& compute, Pair* pair) const;
 
   const std::vector<Station>& stations_;
   const SurveyOptions& options_;

@@ -42,9 +42,11 @@ std::size_t Count(const std::string& text, std::string_view part) {
   return count;
 }
 
+std::string Html(const RunRecord& run) { return ReportHtml(MakeReportDocument(run, {})); }
+
 TEST(ReportHtml, ShowsVerdictStationsAndLinks) {
   const RunRecord run = SampleRun();
-  const std::string html = ReportHtml(run, {{"Section A", "Along x", EncodePng(Gradient())}});
+  const std::string html = ReportHtml(SampleReport());
   EXPECT_THAT(html, StartsWith("<!DOCTYPE html>"));
   EXPECT_THAT(html, HasSubstr(HtmlText(run.verdict)));
   EXPECT_THAT(html, HasSubstr("<b>10 of 12</b>"));
@@ -52,39 +54,87 @@ TEST(ReportHtml, ShowsVerdictStationsAndLinks) {
     EXPECT_THAT(html, HasSubstr("<td><b>" + pose.station + "</b></td>"));
   }
   for (const LinkRecord& link : run.links) {
-    EXPECT_THAT(
-        html, HasSubstr("<td><b>" + link.source + "</b></td><td><b>" + link.target + "</b></td>"));
+    EXPECT_THAT(html, HasSubstr("<b>" + link.source + "</b> \xe2\x80\x93 <b>" + link.target +
+                                "</b></span></td>"));
   }
   EXPECT_EQ(Count(html, "<circle class=\"station\""), 10U);
   EXPECT_EQ(Count(html, "class=\"link accepted"), 9U);
-  EXPECT_EQ(Count(html, "class=\"link rejected\" x1=\"2\""), 1U);
-  EXPECT_THAT(html, HasSubstr("data:image/png;base64,iVBORw0KGgo"));
+  EXPECT_EQ(Count(html, "<path class=\"noloop\""), 3U);  // one, and two legends'
+  EXPECT_EQ(Count(html, "class=\"link rejected\" x1=\"2\""), 2U);
   for (const char* absent : {"<script", "http:", "https:", "nan", "inf\""}) {
     EXPECT_THAT(html, Not(HasSubstr(absent)));
   }
-  EXPECT_EQ(html, ReportHtml(run, {{"Section A", "Along x", EncodePng(Gradient())}}));
+  EXPECT_EQ(html, ReportHtml(SampleReport()));
   // For people who want to look at it.
   if (const char* path = std::getenv("BACKSIGHT_KEEP_REPORT")) std::ofstream(path) << html;
 }
 
+TEST(ReportHtml, SaysFirstWhatMattersMost) {
+  const std::string html = ReportHtml(SampleReport());
+  std::size_t last = 0;
+  for (const char* part :
+       {"<h1>Town hall facade", "Backsight 0.1.0", "ETRS89 / UTM zone 32N", "class=\"verdict",
+        "stations registered", "quality gate", "<h2>Warnings", "<h2>Network in plan", "<h2>Links",
+        "<h2>Stations", "<h2>Control and check points", "<h2>The registered cloud", "Picture: plan",
+        "Picture: detail", "Picture: distances", "Histogram of distances", "<h2>Scans",
+        "<h2>What was rejected"}) {
+    const std::size_t at = html.find(part, last);
+    EXPECT_NE(at, std::string::npos) << part;
+    if (at != std::string::npos) last = at;
+  }
+}
+
+TEST(ReportHtml, NamesTheFrameOfCoordinates) {
+  RunRecord run = SampleRun();
+  EXPECT_THAT(Html(run),
+              HasSubstr("<b>ETRS89 / UTM zone 32N</b>; heights: <b>ellipsoidal heights"));
+  run.georeference[0].origin_deg_deg_m.reset();
+  run.georeference[0].crs = "local grid of the control";
+  EXPECT_THAT(Html(run), HasSubstr("<b>local grid of the control</b> in metres"));
+  run.georeference.clear();
+  EXPECT_THAT(Html(run), HasSubstr("<b>survey frame</b>"));
+}
+
+TEST(ReportHtml, DrawsHowWellItIsDetermined) {
+  const std::string html = ReportHtml(SampleReport());
+  EXPECT_EQ(Count(html, "<ellipse class=\"sigma\" rx="), 10U);
+  EXPECT_THAT(html, ::testing::ContainsRegex("are drawn <b>[0-9]+ times</b> too large"));
+  EXPECT_GE(Count(html, "in its weakest direction"), 9U);
+  EXPECT_THAT(html, HasSubstr("median 1.10 mm"));
+  EXPECT_THAT(html, HasSubstr("68 % 1.70 mm"));
+  EXPECT_THAT(html, HasSubstr("95 % 4.20 mm"));
+  EXPECT_EQ(Count(html, "<rect class=\"bar\""), 40U);
+}
+
+TEST(ReportHtml, FramesPictures) {
+  const std::string html = ReportHtml(SampleReport());
+  EXPECT_EQ(Count(html, "href=\"data:image/png;base64,iVBORw0KGgo"), 4U);
+  EXPECT_EQ(Count(html, "<figcaption>A gradient."), 4U);
+  EXPECT_EQ(Count(html, ">height [m]</text>"), 4U);
+  EXPECT_EQ(Count(html, "<line class=\"cut\""), 4U);
+  EXPECT_THAT(html, HasSubstr("background:#0072b2\"></i>S1"));
+  EXPECT_THAT(html, HasSubstr(">5 m</text>"));
+  EXPECT_THAT(html, HasSubstr(">E [m]</text>"));
+}
+
 TEST(ReportHtml, ShowsControlAndCheckPoints) {
   RunRecord run = SampleRun();
-  std::string html = ReportHtml(run, {});
-  for (const char* part :
-       {"ETRS89 / UTM zone 32N", "ellipsoidal heights", "<td>P1</td>", "blunder, excluded",
-        "<td>C1</td>", "3D 2.3 mm", "n = 1, not ASPRS-conformant", "12.5 &plusmn; 30.5 ppm"}) {
+  std::string html = Html(run);
+  for (const char* part : {"ETRS89 / UTM zone 32N", "ellipsoidal heights", "<td>P1</td>",
+                           "residuals drawn <b>", "blunder, excluded", "<td>C1</td>", "3D 2.3 mm",
+                           "n = 1, not ASPRS-conformant", "12.5 &plusmn; 30.5 ppm"}) {
     EXPECT_THAT(html, HasSubstr(part));
   }
   run.georeference[0].scale_test.reset();
-  html = ReportHtml(run, {});
+  html = Html(run);
   EXPECT_THAT(html, HasSubstr("Scale against control: not tested"));
   EXPECT_THAT(html, Not(HasSubstr("&plusmn; 0.0 ppm")));
   run.georeference[0].status = "too_few_points";
-  html = ReportHtml(run, {});
+  html = Html(run);
   EXPECT_THAT(html, HasSubstr("Not tied to the ground: too few points"));
   EXPECT_THAT(html, Not(HasSubstr("<td>P1</td>")));
   run.georeference.clear();
-  EXPECT_THAT(ReportHtml(run, {}), Not(HasSubstr("Control and check points")));
+  EXPECT_THAT(Html(run), HasSubstr("The project gives neither"));
 }
 
 TEST(ReportHtml, CountsComponentsFromOne) {
@@ -94,7 +144,7 @@ TEST(ReportHtml, CountsComponentsFromOne) {
   run.georeference.push_back(second);
   run.poses[0].component = 812;
   run.components[0].component = 913;
-  const std::string html = ReportHtml(run, {});
+  const std::string html = Html(run);
   for (const char* part : {"<h3>Component 1</h3>", "<h3>Component 2</h3>", "<h3>Component 813: 1 s",
                            ">813</td>", ">914</td>", "Plan view of component 1\""}) {
     EXPECT_THAT(html, HasSubstr(part));
@@ -110,11 +160,11 @@ TEST(ReportHtml, CountsSkippedPairsByReason) {
   skipped.status = LinkStatus::kSkipped;
   skipped.reason = "not_similar";
   run.links.insert(run.links.end(), 1234, skipped);
-  const std::string html = ReportHtml(run, {});
+  const std::string html = Html(run);
   EXPECT_THAT(html, HasSubstr("1\xc2\xa0"
                               "234 more pairs were skipped"));
   EXPECT_THAT(html, HasSubstr("not similar"));
-  EXPECT_THAT(html, Not(HasSubstr("<td><b>S12</b></td><td><b>S1</b></td>")));
+  EXPECT_THAT(html, Not(HasSubstr("<b>S12</b> \xe2\x80\x93 <b>S1</b>")));
   EXPECT_THAT(html, HasSubstr("<b>9 of 12</b>"));
 }
 
@@ -139,7 +189,15 @@ TEST(ReportHtml, EscapesEverything) {
   run.network = {{evil, 1.0}};
   run.components[0].refinement = run.components[0].weakest_station = evil;
   run.closures[0].stations[1] = evil;
-  const std::string html = ReportHtml(run, {{evil, evil, {}}});
+  PictureRecord picture;
+  picture.title = picture.caption = picture.across = picture.up = picture.png_base64 = evil;
+  picture.width_px = picture.height_px = 100;
+  picture.metres_per_pixel = 0.1;
+  picture.keys = {{evil, {}}};
+  picture.scale = PictureScale{evil, {{0.0, {}}, {1.0, {}}}};
+  picture.lines = {{evil, {0.0, 0.0}, {1.0, 1.0}}};
+  run.distances->pairs[0].stations[0] = evil;
+  const std::string html = ReportHtml(MakeReportDocument(run, {picture}));
   for (const char* raw : {"<script", "alert(\"", "\x01", "\xff"}) {
     EXPECT_THAT(html, Not(HasSubstr(raw)));
   }
@@ -147,31 +205,33 @@ TEST(ReportHtml, EscapesEverything) {
 }
 
 TEST(ReportHtml, StandsEmptyRunsAndLoneStations) {
-  EXPECT_THAT(ReportHtml({}, {}), HasSubstr("No station is registered."));
+  EXPECT_THAT(Html({}), HasSubstr("No station is registered."));
   RunRecord run = SampleRun();
   run.poses.resize(1);
-  EXPECT_THAT(ReportHtml(run, {}), HasSubstr("S1 stands alone."));
+  EXPECT_THAT(Html(run), HasSubstr("S1 stands alone."));
   run = SampleRun();
   for (auto& pose : run.poses) pose.survey_from_station.translation.setZero();
-  EXPECT_THAT(ReportHtml(run, {}), HasSubstr("<svg class=\"plan\""));
+  EXPECT_THAT(Html(run), HasSubstr("<svg class=\"plan\""));
 }
 
 TEST(ReportHtml, NotANumberIsRefused) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const auto& spoil : std::vector<std::function<void(RunRecord&)>>{
-           [&](RunRecord& r) { r.poses[1].survey_from_station.translation.x() = nan; },
-           [&](RunRecord& r) { r.poses[1].survey_from_station.translation.z() = nan; },
-           [&](RunRecord& r) { (*r.poses[1].covariance)(0, 0) = nan; },
+           [&](RunRecord& r) { r.poses[2].survey_from_station.translation.x() = nan; },
+           [&](RunRecord& r) { r.poses[2].survey_from_station.translation.z() = nan; },
+           [&](RunRecord& r) { (*r.poses[2].covariance)(0, 0) = nan; },
            [&](RunRecord& r) { r.links[1].network_residual_m = nan; },
            [&](RunRecord& r) { r.links[1].rms_m = nan; },
            [&](RunRecord& r) { r.links[0].held_out->rms_after_m = nan; },
            [&](RunRecord& r) { r.components[0].weakest_sigma_m = nan; },
            [&](RunRecord& r) { r.closures[0].fine_deg = nan; },
            [&](RunRecord& r) { r.scans[1].extent_m = nan; },
+           [&](RunRecord& r) { r.distances->total.p95_m = nan; },
+           [&](RunRecord& r) { r.georeference[0].points[0].residual_m.x() = nan; },
            [&](RunRecord& r) { r.network[0].second = nan; }}) {
     RunRecord run = SampleRun();
     spoil(run);
-    EXPECT_THROW(ReportHtml(run, {}), InternalError);
+    EXPECT_THROW(Html(run), InternalError);
   }
 }
 
@@ -202,20 +262,29 @@ TEST(HtmlText, NumbersAndBase64) {
   EXPECT_EQ(base64("foobar"), "Zm9vYmFy");
 }
 
-TEST(PngImage, DecodesToTheSamePixels) {
-  const RgbImage image = Gradient();
-  const std::vector<std::uint8_t> bytes = EncodePng(image);
+std::vector<std::uint8_t> Decode(const std::vector<std::uint8_t>& bytes) {
   png_image png{};
   png.version = PNG_IMAGE_VERSION;
-  ASSERT_NE(png_image_begin_read_from_memory(&png, bytes.data(), bytes.size()), 0);
-  EXPECT_EQ(png.width, 320U);
-  EXPECT_EQ(png.height, 90U);
+  EXPECT_NE(png_image_begin_read_from_memory(&png, bytes.data(), bytes.size()), 0);
   png.format = PNG_FORMAT_RGB;
   std::vector<std::uint8_t> rgb(PNG_IMAGE_SIZE(png));
-  ASSERT_NE(png_image_finish_read(&png, nullptr, rgb.data(), 0, nullptr), 0);
-  EXPECT_EQ(rgb, image.rgb);
+  EXPECT_NE(png_image_finish_read(&png, nullptr, rgb.data(), 0, nullptr), 0);
+  return rgb;
+}
+
+TEST(PngImage, DecodesToTheSamePixels) {
+  const RgbImage image = Gradient();
+  EXPECT_EQ(Decode(EncodePng(image)), image.rgb);
   EXPECT_EQ(image.At(5, 6), (std::array<std::uint8_t, 3>{5, 6, 7}));
   EXPECT_THROW(EncodePng({}), InternalError);
+}
+
+TEST(PngImage, FewColoursTakeAPalette) {
+  RgbImage image(200, 100, {255, 255, 255});
+  for (int x = 0; x < 200; ++x) image.Set(x, x / 2, {200, static_cast<std::uint8_t>(x % 7), 3});
+  const std::vector<std::uint8_t> bytes = EncodePng(image);
+  EXPECT_EQ(bytes[25], 3);  // colour type of the header: palette
+  EXPECT_EQ(Decode(bytes), image.rgb);
 }
 
 }  // namespace

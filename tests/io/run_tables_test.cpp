@@ -12,6 +12,7 @@
 
 #include "core/error.h"
 #include "io/csv_table.h"
+#include "io/report_document.h"
 #include "io/run_json.h"
 #include "tests/io/sample_run.h"
 
@@ -31,6 +32,8 @@ std::string InternalComplaint(const std::function<void()>& function) {
   }
   return {};
 }
+
+std::string ReportText(const RunRecord& run) { return ReportJson(MakeReportDocument(run, {})); }
 
 TEST(RunTables, HeadersAreFixed) {
   EXPECT_EQ(PosesCsv({}),
@@ -93,7 +96,7 @@ TEST(RunTables, SkippedPairsHaveAReasonAndNoFigures) {
   for (const char* column : {"tx_m", "coarse_qw", "overlap", "consensus", "correspondences"}) {
     EXPECT_EQ(table.Text(row, column), "") << column;
   }
-  const auto json = nlohmann::ordered_json::parse(ReportJson(run));
+  const auto json = nlohmann::ordered_json::parse(ReportText(run));
   EXPECT_EQ(json["links"].size(), tried);
   EXPECT_EQ(json["skipped_pairs"]["not_similar"], 1);
 }
@@ -137,16 +140,16 @@ TEST(RunTables, NotANumberIsRefusedByName) {
 
 TEST(RunJson, ParsesBackWithStableKeys) {
   const RunRecord run = SampleRun();
-  const std::string text = ReportJson(run);
-  EXPECT_EQ(text, ReportJson(run));
-  EXPECT_THAT(text, StartsWith("{\n  \"schema_version\": 1,\n"));
+  const std::string text = ReportText(run);
+  EXPECT_EQ(text, ReportText(run));
+  EXPECT_THAT(text, StartsWith("{\n  \"schema_version\": 2,\n"));
   const auto json = nlohmann::ordered_json::parse(text);
   std::vector<std::string> keys;
   for (const auto& [key, value] : json.items()) keys.push_back(key);
-  EXPECT_EQ(keys, (std::vector<std::string>{"schema_version", "project_name", "version", "verdict",
-                                            "exit_code", "gates", "network", "components",
-                                            "closures", "georeference", "poses", "links",
-                                            "skipped_pairs", "scans", "outputs", "warnings"}));
+  EXPECT_EQ(keys, (std::vector<std::string>{
+                      "schema_version", "project_name", "version", "verdict", "exit_code", "gates",
+                      "network", "components", "closures", "georeference", "poses", "links",
+                      "skipped_pairs", "scans", "outputs", "warnings", "distances", "pictures"}));
   EXPECT_EQ(json["links"].size(), run.links.size());
   EXPECT_EQ(json["links"][0]["rms_m"], run.links[0].rms_m);
   EXPECT_TRUE(json["links"][11]["target_from_source"].is_null());
@@ -173,12 +176,11 @@ TEST(RunJson, ParsesBackWithStableKeys) {
 TEST(RunJson, AScaleThatWasNotTestedIsNull) {
   RunRecord run = SampleRun();
   const auto ground = [&run] {
-    return nlohmann::ordered_json::parse(ReportJson(run))["georeference"][0];
+    return nlohmann::ordered_json::parse(ReportText(run))["georeference"][0];
   };
-  EXPECT_EQ(ground()["scale_sigma_ppm"], 30.5);
+  EXPECT_EQ(ground()["scale_test"]["sigma_ppm"], 30.5);
   run.georeference[0].scale_test.reset();
-  EXPECT_TRUE(ground()["scale_test_ppm"].is_null());
-  EXPECT_TRUE(ground()["scale_sigma_ppm"].is_null());
+  EXPECT_TRUE(ground()["scale_test"].is_null());
 }
 
 TEST(RunJson, ManifestHoldsOptionsInputsAndTimes) {

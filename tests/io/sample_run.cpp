@@ -8,6 +8,8 @@
 #include <fstream>
 
 #include "core/random.h"
+#include "io/html_text.h"
+#include "io/png_image.h"
 
 namespace backsight {
 namespace {
@@ -71,6 +73,7 @@ LinkRecord SampleLink(const RunRecord& run, int source, int target, LinkStatus s
   covariance.diagonal() << 1e-9, 1e-9, 2e-9, 1e-6, 1e-6, 2e-6;
   link.covariance = covariance;
   link.held_out = HeldOutRecord{31, 0.0034, 0.0021, -0.0009, 0.0002};
+  link.weakest = WeakestRecord{random.Rotation().col(0), random.Uniform(0.0003, 0.002)};
   return link;
 }
 
@@ -84,15 +87,18 @@ GeoreferenceRecord SampleGeoreference() {
   record.scale_test = ScaleRecord{12.5, 30.5};
   SurveyPointRecord control;
   control.id = "P1";
+  control.position = {691020.0, 5335820.0, 512.0};
   control.sightings = 2;
   control.residual_m = {0.001, -0.002, 0.0005};
   control.free_residual_m = Eigen::Vector3d(0.0015, -0.0025, 0.0005);
   control.w = Eigen::Vector3d(0.5, -1.1, 0.2);
   SurveyPointRecord blunder = control;
   blunder.id = "P2";
+  blunder.position = {691041.5, 5335814.0, 512.4};
   blunder.excluded = true;
   SurveyPointRecord check = control;
   check.id = "C1";
+  check.position = {691030.0, 5335829.5, 513.1};
   check.check = true;
   check.free_residual_m.reset();
   check.w.reset();
@@ -102,7 +108,86 @@ GeoreferenceRecord SampleGeoreference() {
   return record;
 }
 
+DistanceRecord SampleDistances() {
+  DistanceRecord record;
+  record.search_m = 0.2;
+  record.total = {8700, 0.0011, 0.0017, 0.0042};
+  record.bin_m = 0.0002;
+  for (std::uint64_t i = 0; i < 40; ++i) record.bins.push_back(420 - 10 * i);
+  record.beyond = 100;
+  record.pairs = {{{"S1", "S2"}, {4000, 0.0010, 0.0016, 0.0040}},
+                  {{"S2", "S3"}, {4700, 0.0012, 0.0018, 0.0044}}};
+  return record;
+}
+
+PictureRecord SamplePicture(PictureRecord::Kind kind) {
+  RgbImage image(320, 90, {255, 255, 255});
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      image.Set(x, y, {static_cast<std::uint8_t>(x % 256), static_cast<std::uint8_t>(y), 7});
+    }
+  }
+  PictureRecord picture;
+  picture.kind = kind;
+  picture.title = "Picture: " + ToString(kind);
+  picture.caption = "A gradient.";
+  picture.width_px = image.width;
+  picture.height_px = image.height;
+  picture.metres_per_pixel = 0.05;
+  picture.left_top = {-4.0, 3.0};
+  picture.across = "E";
+  picture.up = "N";
+  picture.keys = {{"S1", {0, 114, 178}}, {"S2", {213, 94, 0}}};
+  picture.scale = PictureScale{"height [m]",
+                               {{0.0, {68, 1, 84}}, {1.5, {33, 144, 141}}, {3.0, {253, 231, 37}}}};
+  picture.lines = {{"A", {-3.0, 0.0}, {8.0, 1.0}}};
+  picture.png_base64 = Base64(EncodePng(image));
+  return picture;
+}
+
 }  // namespace
+
+ReportDocument SampleReport(RunRecord run) {
+  std::vector<PictureRecord> pictures;
+  for (const PictureRecord::Kind kind : kPictureKinds) pictures.push_back(SamplePicture(kind));
+  return MakeReportDocument(std::move(run), std::move(pictures));
+}
+
+ReportDocument SampleReport() { return SampleReport(SampleRun()); }
+
+RunRecord LargeRun(int stations) {
+  Random random(11);
+  RunRecord run = SampleRun();
+  run.verdict = fmt::format("Complete: all {} stations placed in one network.", stations);
+  run.exit_code = 0;
+  run.poses.clear();
+  run.links.clear();
+  run.scans.clear();
+  run.components.resize(1);
+  const ScanRecord scan = SampleRun().scans.front();
+  for (int i = 1; i <= stations; ++i) {
+    PoseRecord pose = SamplePose(1, random);
+    pose.station = fmt::format("S{:03d}", i);
+    const double along = 14.0 * i;
+    pose.survey_from_station.translation = {
+        std::fmod(along, 280.0) + random.Uniform(-4, 4),
+        22.0 * std::floor(along / 280.0) + random.Uniform(-5, 5), 0.01 * i};
+    run.poses.push_back(pose);
+    run.scans.push_back(scan);
+    run.scans.back().station = pose.station;
+  }
+  for (int i = 0; i < stations; ++i) {
+    for (const int step : {1, 2, 20, 21, 5}) {
+      if (i + step >= stations) continue;
+      LinkRecord link = SampleLink(
+          SampleRun(), 1, 2, step == 5 ? LinkStatus::kRejected : LinkStatus::kAccepted, random);
+      link.source = run.poses[static_cast<std::size_t>(i)].station;
+      link.target = run.poses[static_cast<std::size_t>(i + step)].station;
+      run.links.push_back(link);
+    }
+  }
+  return run;
+}
 
 RunRecord SampleRun() {
   Random random(7);
@@ -156,6 +241,7 @@ RunRecord SampleRun() {
   run.georeference = {SampleGeoreference()};
   run.poses[1].ground = GroundPose{run.poses[1].survey_from_station, *run.poses[1].covariance,
                                    Eigen::Vector3d(691023.25, 5335821.5, 512.0)};
+  run.distances = SampleDistances();
   run.network = {{"iterations", 9.0}, {"cost", 1.25}, {"removed_links", 0.0}};
   return run;
 }

@@ -3,13 +3,20 @@
 #include <filesystem>
 #include <string>
 
-#include "io/run_records.h"
+#include "io/report_document.h"
 
 namespace backsight {
 
 /// A run with everything that a report can show: two components, an unplaced and an unreadable
 /// station, accepted, rejected and failed links, repairs, gates, warnings. Station ids S1, S2, ...
 RunRecord SampleRun();
+
+/// The same as report.json holds it, with a picture of every kind.
+ReportDocument SampleReport();
+ReportDocument SampleReport(RunRecord run);
+
+/// A run of so many stations on a winding way, each linked with those near it, all placed.
+RunRecord LargeRun(int stations);
 
 /// A folder of its own for a test, removed with everything in it at the end.
 class TestFolder {

@@ -169,7 +169,7 @@ TEST(PairDiscovery, EveryPairReachesTheRecords) {
   project.pairs.exclude = {{"S1", "S3"}};
   const PairDiscovery found = Discover(yards.stations, project.pairs, {}, ExecutionContext(1));
   const Network network = BuildNetwork(yards.stations, found.pairs, {}, ExecutionContext(1));
-  const RunRecord run = SummarizeRun(project, yards.stations, found, network, {}, {}, {});
+  const RunRecord run = SummarizeRun(project, yards.stations, found, network, {}, {}, {}, {});
   ASSERT_EQ(run.links.size(), 3U);
   EXPECT_EQ(run.links[2].status, LinkStatus::kSkipped);
   EXPECT_EQ(run.links[2].source, "S3");

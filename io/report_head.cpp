@@ -1,0 +1,143 @@
+#include "io/report_head.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "io/html_table.h"
+#include "io/html_text.h"
+#include "io/report_plan.h"
+
+namespace backsight {
+namespace {
+
+std::string Card(const std::string& value, const std::string& meaning) {
+  return fmt::format("<div class=\"card\"><b>{}</b><span>{}</span></div>\n", value, meaning);
+}
+
+std::string WorstSigmaCard(const RunRecord& run) {
+  double worst = -1.0;
+  std::string station;
+  for (const PoseRecord& pose : run.poses) {
+    if (pose.status != StationStatus::kRegistered) continue;
+    const auto covariance = ShownCovariance(pose);
+    if (!covariance) continue;
+    const double sigma = SigmaOf(ShownPose(pose), *covariance).worst_position_m;
+    if (sigma > worst) {
+      worst = sigma;
+      station = pose.station;
+    }
+  }
+  if (worst < 0.0) return {};
+  return Card(FixedText(1000 * worst, 2, "sigma of station " + station) + " mm",
+              "worst formal &sigma; of a position: " + HtmlText(station));
+}
+
+/// `figure` of the accepted link where it is largest.
+std::string WorstLinkCard(const RunRecord& run, double LinkRecord::*figure,
+                          const std::string& meaning) {
+  const LinkRecord* worst = nullptr;
+  for (const LinkRecord& link : run.links) {
+    if (link.status != LinkStatus::kAccepted) continue;
+    if (worst == nullptr || link.*figure > worst->*figure) worst = &link;
+  }
+  if (worst == nullptr) return {};
+  const std::string name = worst->source + " \xe2\x80\x93 " + worst->target;
+  return Card(FixedText(1000 * worst->*figure, 1, meaning + " of link " + name) + " mm",
+              meaning + ": " + HtmlText(name));
+}
+
+std::string DistanceCard(const RunRecord& run) {
+  if (!run.distances) return {};
+  const DistanceFigures& total = run.distances->total;
+  return Card(FixedText(1000 * total.p95_m, 1, "distances") + " mm",
+              "95 % of the surfaces seen by two stations are no further apart (median " +
+                  FixedText(1000 * total.median_m, 1, "distances") + " mm)");
+}
+
+std::string CheckCard(const RunRecord& run) {
+  const CheckRecord* worst = nullptr;
+  for (const GeoreferenceRecord& g : run.georeference) {
+    if (!g.placed() || g.check.points == 0) continue;
+    if (worst == nullptr || g.check.rmse_3d_m > worst->rmse_3d_m) worst = &g.check;
+  }
+  if (worst == nullptr) return {};
+  return Card(FixedText(1000 * worst->rmse_3d_m, 1, "rmse") + " mm",
+              fmt::format("3D RMSE at check points, n = {}", worst->points));
+}
+
+std::string Cards(const RunRecord& run) {
+  const auto placed = std::count_if(run.poses.begin(), run.poses.end(), [](const PoseRecord& p) {
+    return p.status == StationStatus::kRegistered;
+  });
+  const auto accepted = std::count_if(run.links.begin(), run.links.end(), [](const LinkRecord& l) {
+    return l.status == LinkStatus::kAccepted;
+  });
+  const auto uncontrolled =
+      std::count_if(run.links.begin(), run.links.end(), [](const LinkRecord& l) {
+        return l.status == LinkStatus::kAccepted && l.loop_controlled == false;
+      });
+  std::string html = "<div class=\"cards\">\n";
+  html += Card(fmt::format("{} of {}", placed, run.poses.size()), "stations registered");
+  html += Card(fmt::format("{} of {}", accepted, run.links.size()), "pairs tried were accepted");
+  html += Card(fmt::format("{}", uncontrolled), "accepted links that no loop controls");
+  html += WorstSigmaCard(run) + CheckCard(run) + DistanceCard(run);
+  html += WorstLinkCard(run, &LinkRecord::network_residual_m, "worst network residual");
+  html += WorstLinkCard(run, &LinkRecord::rms_m, "worst point-to-plane RMS");
+  return html + "</div>\n";
+}
+
+std::string Gates(const RunRecord& run) {
+  if (run.gates.empty()) return HtmlSentence("The project file sets no quality gates.");
+  HtmlTable table({{"quality gate"}, {"limit", true}, {"value", true}, {"result"}});
+  for (const GateRecord& gate : run.gates) {
+    table.Row({HtmlText(gate.name), HtmlText(gate.limit), HtmlText(gate.value),
+               HtmlMark(gate.passed, gate.passed ? "passed" : "failed")});
+  }
+  return table.Finish();
+}
+
+std::string Warnings(const RunRecord& run) {
+  if (run.warnings.empty()) return HtmlSentence("None.");
+  std::string html = "<ul>\n";
+  for (const std::string& warning : run.warnings) html += "<li>" + HtmlText(warning) + "</li>\n";
+  return html + "</ul>\n";
+}
+
+}  // namespace
+
+std::string FrameSentence(const RunRecord& run) {
+  const auto placed = std::find_if(run.georeference.begin(), run.georeference.end(),
+                                   [](const GeoreferenceRecord& g) { return g.placed(); });
+  if (placed == run.georeference.end()) {
+    return "Coordinates: <b>survey frame</b>, a local frame in metres with the axes and the origin "
+           "of the first station of each component. " +
+           std::string(run.georeference.empty()
+                           ? "The project gives no control: no reference system, no vertical datum."
+                           : "Control did not tie it to the ground: no reference system, no "
+                             "vertical datum.");
+  }
+  const GeoreferenceRecord& g = *placed;
+  if (!g.origin_deg_deg_m) {
+    return "Coordinates: <b>" + HtmlText(g.crs) +
+           "</b> in metres, a local grid: no map projection, heights in the control's own datum.";
+  }
+  return fmt::format(
+      "Coordinates: <b>{}</b>; heights: <b>{}</b>. Way there: station &rarr; survey frame "
+      "&rarr; local frame (east, north, up) on the ellipsoid &rarr; geographic &rarr; projection "
+      "and height, point by point.",
+      HtmlText(g.crs), HtmlText(g.heights.empty() ? "as given" : g.heights));
+}
+
+std::string ReportHead(const ReportDocument& document) {
+  const RunRecord& run = document.run;
+  return fmt::format(
+             "<h1>{}</h1>\n<p class=\"soft\">Registration report, Backsight {}</p>\n"
+             "<p class=\"frame\">{}</p>\n",
+             HtmlText(run.project_name), HtmlText(run.version), FrameSentence(run)) +
+         fmt::format("<div class=\"verdict{}\">{}</div>\n", run.exit_code == 0 ? " pass" : "",
+                     HtmlText(run.verdict)) +
+         Cards(run) + Gates(run) + "<h2>Warnings</h2>\n" + Warnings(run);
+}
+
+}  // namespace backsight

@@ -1,0 +1,218 @@
+#include "io/report_links.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include "io/html_table.h"
+#include "io/html_text.h"
+#include "io/report_plan.h"
+
+namespace backsight {
+namespace {
+
+/// In one line unless it is long.
+std::string PairName(const std::string& a, const std::string& b) {
+  constexpr std::size_t kLong = 24;
+  const std::string name = HtmlBold(a) + " \xe2\x80\x93 " + HtmlBold(b);
+  return a.size() + b.size() > kLong ? name : "<span class=\"pair\">" + name + "</span>";
+}
+
+std::string FieldOf(const LinkRecord& link) { return "link " + link.source + " " + link.target; }
+
+/// Distances between surfaces by the names of two stations, in either order.
+std::map<std::pair<std::string, std::string>, DistanceFigures> DistancesByPair(
+    const RunRecord& run) {
+  std::map<std::pair<std::string, std::string>, DistanceFigures> figures;
+  if (!run.distances) return figures;
+  for (const PairDistanceRecord& pair : run.distances->pairs) {
+    figures[{pair.stations[0], pair.stations[1]}] = pair.figures;
+    figures[{pair.stations[1], pair.stations[0]}] = pair.figures;
+  }
+  return figures;
+}
+
+/// "az 45, el 12": where a direction points, in the frame of the plan; it has no sense.
+std::string DirectionText(const Eigen::Vector3d& direction) {
+  const Eigen::Vector3d d = direction.z() < 0.0 ? Eigen::Vector3d(-direction) : direction;
+  constexpr double kDegrees = 180.0 / std::numbers::pi;
+  const double elevation = std::asin(std::clamp(d.z(), -1.0, 1.0)) * kDegrees;
+  constexpr double kUpright = 80.0;
+  if (elevation > kUpright) return "vertical";
+  double azimuth = std::atan2(d.x(), d.y()) * kDegrees;
+  if (azimuth < 0.0) azimuth += 360.0;
+  return fmt::format("{}&deg; / {}&deg;", FixedText(azimuth, 0, "azimuth"),
+                     FixedText(elevation, 0, "elevation"));
+}
+
+std::string LoopMark(const LinkRecord& link) {
+  if (!link.loop_controlled) return {};
+  return *link.loop_controlled ? "yes" : HtmlMark(false, "uncontrolled");
+}
+
+bool AnyAccepted(const RunRecord& run) {
+  return std::any_of(run.links.begin(), run.links.end(),
+                     [](const LinkRecord& l) { return l.status == LinkStatus::kAccepted; });
+}
+
+/// A sentence that counts the pairs never tried, by reason; links.csv lists them.
+std::string SkippedSentence(const ReportDocument& document) {
+  std::uint64_t skipped = 0;
+  std::string list;
+  for (const auto& [reason, count] : document.skipped_pairs) {
+    skipped += count;
+    list += fmt::format("{}{} {}", list.empty() ? "" : ", ", GroupedText(count),
+                        HtmlText(CodeWords(reason)));
+  }
+  if (skipped == 0) return {};
+  return HtmlSentence(fmt::format("{} more pairs were skipped: {}. links.csv lists them.",
+                                  GroupedText(skipped), list));
+}
+
+std::string RejectedStations(const RunRecord& run) {
+  HtmlTable table({{"station"}, {"status"}, {"reason"}});
+  bool any = false;
+  for (const PoseRecord& pose : run.poses) {
+    if (pose.status == StationStatus::kRegistered) continue;
+    any = true;
+    table.Row({HtmlBold(pose.station), HtmlMark(false, CodeWords(ToString(pose.status))),
+               HtmlText(CodeWords(pose.reason))});
+  }
+  return any ? table.Finish() : HtmlSentence("All stations are registered.");
+}
+
+std::string RejectedPairs(const RunRecord& run) {
+  HtmlTable table({{"pair"},
+                   {"status"},
+                   {"reason"},
+                   {"overlap [%]", true},
+                   {"seen through [%]", true},
+                   {"consensus", true},
+                   {"by chance", true}});
+  bool any = false;
+  for (const LinkRecord& link : run.links) {
+    if (link.status == LinkStatus::kAccepted) continue;
+    any = true;
+    const bool aligned = link.fine.has_value() || link.coarse.has_value();
+    const auto percent = [&](double share) {
+      return aligned ? FixedText(100 * share, 0, FieldOf(link)) : std::string();
+    };
+    table.Row({PairName(link.source, link.target), HtmlMark(false, ToString(link.status)),
+               HtmlText(CodeWords(link.reason)), percent(link.overlap), percent(link.conflict),
+               std::to_string(link.consensus), std::to_string(link.consensus_null)});
+  }
+  return any ? table.Finish() : HtmlSentence("No pair that was tried was rejected.");
+}
+
+std::string RejectedPoints(const RunRecord& run) {
+  std::uint64_t records = 0, dropped = 0, points = 0, moving = 0;
+  for (const ScanRecord& scan : run.scans) {
+    records += scan.records;
+    dropped += scan.dropped;
+    points += scan.points;
+    moving += scan.moving;
+  }
+  std::string html = HtmlSentence(fmt::format(
+      "{} of {} records of the scans hold no usable point and were dropped; {} of {} points belong "
+      "to things that were gone when other stations looked. The table of scans has them by "
+      "station.",
+      GroupedText(dropped), GroupedText(records), GroupedText(moving), GroupedText(points)));
+  std::string blunders;
+  for (const GeoreferenceRecord& g : run.georeference) {
+    for (const SurveyPointRecord& p : g.points) {
+      if (p.excluded) blunders += (blunders.empty() ? "" : ", ") + HtmlText(p.id);
+    }
+  }
+  if (!blunders.empty()) {
+    html += HtmlSentence("Control points left out as blunders: " + blunders + ".");
+  }
+  return html;
+}
+
+}  // namespace
+
+std::string LinkTable(const RunRecord& run) {
+  if (!AnyAccepted(run)) return HtmlSentence("No link was accepted.");
+  std::map<std::string, const PoseRecord*> poses;
+  for (const PoseRecord& pose : run.poses) poses[pose.station] = &pose;
+  const auto distances = DistancesByPair(run);
+  HtmlTable table({{"link"},
+                   {"over&shy;lap [%]", true},
+                   {"RMS [mm]", true},
+                   {"surfaces: median [mm]", true},
+                   {"95 % [mm]", true},
+                   {"weakest &sigma; [mm]", true},
+                   {"direction: azimuth / elevation"},
+                   {"network residual [mm]", true},
+                   {"[deg]", true},
+                   {"loop control"}});
+  for (const LinkRecord& link : run.links) {
+    if (link.status != LinkStatus::kAccepted) continue;
+    const std::string field = FieldOf(link);
+    const auto target = poses.find(link.target);
+    const auto distance = distances.find({link.source, link.target});
+    const auto mm = [&](bool known, double metres, int decimals) {
+      return known ? FixedText(1000 * metres, decimals, field) : std::string();
+    };
+    const bool apart = distance != distances.end();
+    const bool directed = link.weakest && target != poses.end();
+    table.Row({PairName(link.source, link.target), FixedText(100 * link.overlap, 0, field),
+               mm(link.fine.has_value(), link.rms_m, 2),
+               mm(apart, apart ? distance->second.median_m : 0.0, 1),
+               mm(apart, apart ? distance->second.p95_m : 0.0, 1),
+               mm(link.weakest.has_value(), link.weakest ? link.weakest->sigma_m : 0.0, 2),
+               directed
+                   ? DirectionText(ShownPose(*target->second).rotation * link.weakest->direction)
+                   : "",
+               fmt::format("<i class=\"key r{}\"></i>{}", ResidualClass(link.network_residual_m),
+                           FixedText(1000 * link.network_residual_m, 1, field)),
+               FixedText(link.network_residual_deg, 4, field), LoopMark(link)});
+  }
+  return table.Finish() +
+         HtmlSentence(
+             "<span class=\"soft\">RMS: root mean square of the distances of points of both "
+             "stations from the planes they share, over all adjusted planes of the pair alone. "
+             "Surfaces: distances after the adjustment of the whole network (defined below). "
+             "Weakest "
+             "&sigma;: formal standard deviation of the source scanner's place in the direction "
+             "that "
+             "the pair alone determines least, and that direction; azimuth from the plan's upward "
+             "axis, clockwise. Network residual: the link less the adjusted network.</span>");
+}
+
+std::string LinkOriginTable(const RunRecord& run) {
+  if (!AnyAccepted(run)) return {};
+  HtmlTable table({{"link"},
+                   {"correspon&shy;dences", true},
+                   {"consensus", true},
+                   {"by chance", true},
+                   {"motions compared", true},
+                   {"seen through [%]", true},
+                   {"agree&shy;ment", true},
+                   {"planes", true},
+                   {"iterations", true},
+                   {"weight", true},
+                   {"ended as"}});
+  for (const LinkRecord& link : run.links) {
+    if (link.status != LinkStatus::kAccepted) continue;
+    const std::string field = FieldOf(link);
+    table.Row({PairName(link.source, link.target), std::to_string(link.correspondences),
+               std::to_string(link.consensus), std::to_string(link.consensus_null),
+               std::to_string(link.candidates), FixedText(100 * link.conflict, 1, field),
+               FixedText(link.agreement, 2, field), std::to_string(link.planes),
+               std::to_string(link.iterations), FixedText(link.network_weight, 2, field),
+               HtmlText(CodeWords(link.fine_status))});
+  }
+  return "<h3>How the links were found</h3>\n" + table.Finish();
+}
+
+std::string RejectedSection(const ReportDocument& document) {
+  return "<h3>Stations</h3>\n" + RejectedStations(document.run) + "<h3>Pairs</h3>\n" +
+         RejectedPairs(document.run) + SkippedSentence(document) + "<h3>Points</h3>\n" +
+         RejectedPoints(document.run);
+}
+
+}  // namespace backsight

@@ -1,0 +1,75 @@
+#include "pipeline/placed_clouds.h"
+
+#include <algorithm>
+
+namespace backsight {
+
+std::size_t PlacedClouds::voxels() const {
+  std::size_t count = 0;
+  for (const PlacedStation& placed : stations) count += placed.station->model.leaves.size();
+  return count;
+}
+
+double PlacedClouds::resolution_m() const {
+  double edge_m = 0.0;
+  for (const PlacedStation& placed : stations) {
+    edge_m = std::max(edge_m, placed.station->model.resolution_m());
+  }
+  return edge_m;
+}
+
+PlacedClouds PlaceClouds(const std::vector<Station>& stations, const Network& network,
+                         const GeoreferencedNetwork& ground) {
+  PlacedClouds clouds;
+  bool on_ground = false;
+  for (std::size_t s = 0; s < stations.size(); ++s) {
+    if (!stations[s].usable() || network.component[s] != 0) continue;
+    RigidTransform frame_from_station = network.survey_from_station[s];
+    if (s < ground.enu_from_station.size() && ground.enu_from_station[s]) {
+      frame_from_station = *ground.enu_from_station[s];
+      if (!on_ground) {
+        clouds.frame_from_survey = frame_from_station * network.survey_from_station[s].Inverse();
+      }
+      on_ground = true;
+    }
+    clouds.stations.push_back(
+        {&stations[s], s, frame_from_station * stations[s].model.StationFromInstrument()});
+  }
+  const std::string axes = on_ground ? "ENH" : "xyz";
+  const std::string local = on_ground && ground.frame ? "local " : "";
+  clouds.across = local + axes[0];
+  clouds.up = local + axes[1];
+  clouds.height = local + axes[2];
+  clouds.origin = !on_ground     ? "in the survey frame"
+                  : ground.frame ? "in the local frame (east, north, up) amid the control"
+                                 : "in the local grid of the control";
+  return clouds;
+}
+
+std::pair<double, double> MiddleOf(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return {values[values.size() / 100], values[values.size() - 1 - values.size() / 100]};
+}
+
+CloudExtent ExtentOf(const PlacedClouds& clouds) {
+  constexpr std::size_t kMost = 1'000'000;
+  const std::size_t stride = 1 + clouds.voxels() / kMost;
+  std::vector<double> values[3];
+  std::size_t next = 0;
+  for (const PlacedStation& placed : clouds.stations) {
+    const std::vector<VoxelLeaf>& leaves = placed.station->model.leaves;
+    for (; next < leaves.size(); next += stride) {
+      const Eigen::Vector3d p = placed.frame_from_instrument * leaves[next].cluster.mean;
+      for (int axis = 0; axis < 3; ++axis) values[axis].push_back(p[axis]);
+    }
+    next -= leaves.size();
+  }
+  CloudExtent extent;
+  if (values[0].empty()) return extent;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::tie(extent.min[axis], extent.max[axis]) = MiddleOf(std::move(values[axis]));
+  }
+  return extent;
+}
+
+}  // namespace backsight

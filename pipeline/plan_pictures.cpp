@@ -1,0 +1,140 @@
+#include "pipeline/plan_pictures.h"
+
+#include <fmt/format.h>
+
+#include <limits>
+
+#include "pipeline/picture_canvas.h"
+
+namespace backsight {
+namespace {
+
+constexpr Colour kPaper = {255, 255, 255};
+constexpr Colour kContext = {225, 228, 232};  // something was measured here
+
+PictureWindow PlanWindow(const CloudExtent& extent) {
+  constexpr int kWidth = 900;
+  constexpr int kMaxHeight = 1000;
+  return PictureWindow::Around(extent.min.head<2>(), extent.max.head<2>(), kWidth, kMaxHeight);
+}
+
+/// Calls `body(x, y, voxel mean, count, edge)` for every pixel that a voxel covers.
+template <typename Body>
+void ForEachCovered(const PlacedClouds& clouds, const PictureWindow& window, const Body& body) {
+  for (const PlacedStation& placed : clouds.stations) {
+    const double edge_m = placed.station->model.resolution_m();
+    for (const VoxelLeaf& leaf : placed.station->model.leaves) {
+      const Eigen::Vector3d p = placed.frame_from_instrument * leaf.cluster.mean;
+      window.ForEachPixel(p.head<2>(), 0.5 * edge_m, [&](int x, int y) {
+        body(window.At(x, y), p, leaf.cluster.count / (edge_m * edge_m));
+      });
+    }
+  }
+}
+
+/// One value per pixel; NaN: nothing was measured there.
+using Values = std::vector<double>;
+
+RgbImage Paint(const PictureWindow& window, const Values& values, const ColourScale& scale) {
+  RgbImage image(window.width_px, window.height_px, kPaper);
+  for (int y = 0; y < window.height_px; ++y) {
+    for (int x = 0; x < window.width_px; ++x) {
+      const double value = values[window.At(x, y)];
+      if (!std::isnan(value)) image.Set(x, y, scale.Of(value));
+    }
+  }
+  return image;
+}
+
+std::pair<double, double> Middle(const Values& values) {
+  Values present;
+  std::copy_if(values.begin(), values.end(), std::back_inserter(present),
+               [](double value) { return !std::isnan(value); });
+  return present.empty() ? std::pair(0.0, 1.0) : MiddleOf(std::move(present));
+}
+
+PictureRecord Finish(const PlacedClouds& clouds, PictureRecord picture) {
+  picture.across = clouds.across;
+  picture.up = clouds.up;
+  return picture;
+}
+
+}  // namespace
+
+PictureRecord DrawDensity(const PlacedClouds& clouds, const CloudExtent& extent,
+                          const std::vector<PictureLine>& traces) {
+  const PictureWindow window = PlanWindow(extent);
+  Values density(window.size(), 0.0);
+  ForEachCovered(clouds, window, [&](std::size_t pixel, const Eigen::Vector3d&, double per_m2) {
+    density[pixel] += per_m2;
+  });
+  for (double& value : density) {
+    if (value == 0.0) value = std::numeric_limits<double>::quiet_NaN();
+  }
+  const auto [low, high] = Middle(density);
+  const ColourScale scale(ColourScale::Kind::kFactors, low, std::max(high, 2.0 * low));
+  PictureRecord picture =
+      MakePicture(PictureRecord::Kind::kPlan, window, Paint(window, density, scale));
+  picture.title = "Density of points from above";
+  picture.caption = fmt::format(
+      "Points of all scans per square metre of plan, {}; equal factors, equal steps of colour. "
+      "Walls and what stands above one another add up.{}",
+      clouds.origin, traces.empty() ? "" : " Lines: the vertical sections below.");
+  picture.scale = scale.Record("points/m\xc2\xb2");
+  picture.lines = traces;
+  return Finish(clouds, std::move(picture));
+}
+
+PictureRecord DrawHeights(const PlacedClouds& clouds, const CloudExtent& extent) {
+  const PictureWindow window = PlanWindow(extent);
+  Values heights(window.size(), std::numeric_limits<double>::quiet_NaN());
+  ForEachCovered(clouds, window, [&](std::size_t pixel, const Eigen::Vector3d& p, double) {
+    if (!(heights[pixel] >= p.z())) heights[pixel] = p.z();
+  });
+  const auto [low, high] = Middle(heights);
+  const ColourScale scale(ColourScale::Kind::kValues, low, high);
+  PictureRecord picture =
+      MakePicture(PictureRecord::Kind::kPlan, window, Paint(window, heights, scale));
+  picture.title = "Heights from above";
+  picture.caption = fmt::format("The highest surface of every pixel, {}.", clouds.origin);
+  picture.scale = scale.Record(clouds.height + " [m]");
+  return Finish(clouds, std::move(picture));
+}
+
+PictureRecord DrawDistances(const PlacedClouds& clouds, const CloudExtent& extent,
+                            const std::vector<DistanceSample>& samples, double limit_m) {
+  const PictureWindow window = PlanWindow(extent);
+  std::vector<bool> context(window.size());
+  ForEachCovered(clouds, window,
+                 [&](std::size_t pixel, const Eigen::Vector3d&, double) { context[pixel] = true; });
+  Values sums(window.size(), 0.0);
+  std::vector<int> counts(window.size());
+  for (const DistanceSample& sample : samples) {
+    window.ForEachPixel(sample.position.head<2>(), 0.5 * clouds.resolution_m(), [&](int x, int y) {
+      sums[window.At(x, y)] += sample.distance_m;
+      ++counts[window.At(x, y)];
+    });
+  }
+  const ColourScale scale(ColourScale::Kind::kDeviations, 0.0, 1000.0 * limit_m);
+  RgbImage image(window.width_px, window.height_px, kPaper);
+  for (int y = 0; y < window.height_px; ++y) {
+    for (int x = 0; x < window.width_px; ++x) {
+      const std::size_t pixel = window.At(x, y);
+      if (counts[pixel] > 0) {
+        image.Set(x, y, scale.Of(1000.0 * sums[pixel] / counts[pixel]));
+      } else if (context[pixel]) {
+        image.Set(x, y, kContext);
+      }
+    }
+  }
+  PictureRecord picture = MakePicture(PictureRecord::Kind::kDistances, window, image);
+  picture.title = "Distances between surfaces that several stations measured";
+  picture.caption = fmt::format(
+      "From above, {}: mean distance without sign of what lies in a pixel. Grey: measured by one "
+      "station, or not on a plane.",
+      clouds.origin);
+  picture.scale = scale.Record("distance [mm]");
+  return Finish(clouds, std::move(picture));
+}
+
+}  // namespace backsight

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "core/neighbors.h"
+#include "stages/station_model.h"
+
+namespace backsight {
+
+/// A piece of plane that a scan measured: the points of neighbouring voxels. Instrument frame.
+struct SurfacePatch {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, towards the scanner
+  double sigma_m = 0.0;                               ///< of the points across the plane
+};
+
+/// The plane of a cluster of points; none where it has fewer than 8 points, is no thin layer
+/// (variances 1 to 16), or is thicker than a tenth of a voxel's edge (standard deviation).
+std::optional<SurfacePatch> PatchOf(const PointCluster& cluster, double edge_m);
+
+/// The plane of all voxels whose means lie within two edges of the leaf's: sparse scans have too
+/// few points in one voxel. `search`: among the means of the model's leaves. About 5 us.
+std::optional<SurfacePatch> FindPatch(const StationModel& model, const NeighborSearch& search,
+                                      std::size_t leaf);
+
+}  // namespace backsight
