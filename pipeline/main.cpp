@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <exception>
+#include <map>
 
 #include "pipeline/commands/commands.h"
 #include "pipeline/run_events.h"
@@ -18,6 +19,20 @@ void AddFolders(CLI::App* command, RunFolders* folders) {
                       "folder for what is finished (default: work/ beside project)");
 }
 
+void AddSlurm(CLI::App* run, RunArguments* arguments) {
+  const std::map<std::string, Executor> executors = {{"local", Executor::kLocal},
+                                                     {"slurm", Executor::kSlurm}};
+  run->add_option("--executor", arguments->executor,
+                  "local: on this machine (default); slurm: as jobs of a cluster")
+      ->transform(CLI::CheckedTransformer(executors));
+  run->add_option("--slurm-options", arguments->slurm_options,
+                  "more options of sbatch for every job, in one quoted text");
+  run->add_flag("--wait", arguments->wait, "with slurm: follow the jobs to their end");
+  run->add_flag("--force", arguments->force,
+                "run although Slurm cannot be asked whether earlier jobs have ended");
+  run->add_flag("--final-job", arguments->final_job)->group("");
+}
+
 /// Defines a command; `code` receives its exit code when the command line names it.
 void AddRun(CLI::App& app, int* code) {
   auto arguments = std::make_shared<RunArguments>();
@@ -31,7 +46,23 @@ void AddRun(CLI::App& app, int* code) {
                       "file for events, one JSON object per line; emptied first");
   CLI::Option* quiet = command->add_flag("--quiet", arguments->quiet, "no progress, only warnings");
   command->add_flag("--verbose", arguments->verbose, "details of every step")->excludes(quiet);
+  AddSlurm(command, arguments.get());
   command->callback([=] { *code = RunCommand(*arguments); });
+}
+
+/// For the jobs of a submission alone.
+void AddWork(CLI::App& app, int* code) {
+  auto arguments = std::make_shared<WorkArguments>();
+  CLI::App* command = app.add_subcommand("work", "Compute a part of a run")->group("");
+  AddFolders(command, &arguments->folders);
+  command->add_option("--memory-gb", arguments->memory_gb)->check(CLI::Range(0.25, 65536.0));
+  CLI::Option* station = command->add_option("--station", arguments->station);
+  command->add_option("--shards", arguments->shards)->check(CLI::Range(1, 1'000'000));
+  command->add_option("--shard", arguments->shard)
+      ->check(CLI::Range(0, 1'000'000))
+      ->needs("--shards")
+      ->excludes(station);
+  command->callback([=] { *code = WorkCommand(*arguments); });
 }
 
 void AddStatus(CLI::App& app, int* code) {
@@ -147,8 +178,8 @@ int Main(int argc, char** argv) {
   app.set_version_flag("--version", std::string("backsight ") + kVersion);
   app.require_subcommand(1);
   int code = kComplete;
-  for (const auto add : {AddRun, AddStatus, AddReport, AddCheck, AddRegister, AddEvaluate, AddInfo,
-                         AddOptions, AddSimulate, AddDemo}) {
+  for (const auto add : {AddRun, AddWork, AddStatus, AddReport, AddCheck, AddRegister, AddEvaluate,
+                         AddInfo, AddOptions, AddSimulate, AddDemo}) {
     add(app, &code);
   }
   try {

@@ -11,6 +11,7 @@
 #include "io/folder_lock.h"
 #include "pipeline/resource_budget.h"
 #include "pipeline/run_outputs.h"
+#include "pipeline/slurm_client.h"
 #include "pipeline/survey_pipeline.h"
 
 namespace backsight {
@@ -47,6 +48,7 @@ void EventFanOut::StageFinished(std::string_view stage, double seconds) {
 
 int ExitCodeOf(const std::exception& error) {
   if (dynamic_cast<const FolderInUse*>(&error) != nullptr) return kTryAgain;
+  if (dynamic_cast<const SlurmUnreachable*>(&error) != nullptr) return kTryAgain;
   if (dynamic_cast<const NoRoom*>(&error) != nullptr) return kNoRoom;
   if (dynamic_cast<const std::bad_alloc*>(&error) != nullptr) return kNoRoom;
   const auto* storage = dynamic_cast<const StorageFailure*>(&error);
@@ -93,7 +95,9 @@ int RunEvents::End(int exit_code, const std::string& verdict, const std::string&
   terminal_.Abandon();
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start_;
   if (log_) log_->RunFinished(exit_code, OneLine(verdict), wall.count());
-  if (started_) fmt::print("{}\n", OneLine(verdict + more));
+  last_line_ = OneLine(verdict + more);
+  exit_code_ = exit_code;
+  if (started_) fmt::print("{}\n", last_line_);
   return exit_code;
 }
 

@@ -31,7 +31,7 @@ int ExitCodeOf(const std::exception& error);
 
 /// Tells the world of one run: people on stderr, an event log where one is wanted, and once the
 /// pipeline was reached exactly one line on stdout, however the run ends. One of Finished,
-/// Interrupted and Failed is to be called at the end; the first two return the exit code.
+/// Interrupted, Failed and End is to be called at the end; all but Failed return the exit code.
 class RunEvents {
  public:
   /// `log_json`: the event log, empty for none. Throws InputError where it cannot be opened.
@@ -46,13 +46,20 @@ class RunEvents {
   int Interrupted(int signal);
   /// For an exception that main will catch and report.
   void Failed(const std::exception& error);
+  /// Any other end: stdout adds `more` to the verdict.
+  int End(int exit_code, const std::string& verdict, const std::string& more);
+
+  /// The line that the run ended with, and its exit code.
+  const std::string& last_line() const { return last_line_; }
+  int exit_code() const { return exit_code_; }
 
  private:
-  int End(int exit_code, const std::string& verdict, const std::string& more);
   std::vector<EventSink*> OpenLog(const std::string& path);
 
   const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   bool started_ = false;
+  std::string last_line_;
+  int exit_code_ = 0;
   TerminalEvents terminal_;
   std::optional<EventLogFile> file_;
   std::optional<JsonEvents> log_;

@@ -19,6 +19,8 @@ struct RunFolders {
   std::string WorkDirectory() const;
 };
 
+enum class Executor { kLocal, kSlurm };
+
 struct RunArguments {
   RunFolders folders;
   std::string log_json;             ///< event log, empty for none
@@ -27,8 +29,23 @@ struct RunArguments {
   bool quiet = false;
   bool verbose = false;
   bool dry_run = false;  ///< only say what would be done, and why
+  Executor executor = Executor::kLocal;
+  std::string slurm_options;  ///< more options of sbatch, as in a shell
+  bool wait = false;          ///< follow the jobs to their end
+  bool force = false;         ///< also where Slurm cannot be asked whether earlier jobs go on
+  bool final_job = false;     ///< this is the last job of a submission
 };
 int RunCommand(const RunArguments& arguments);
+
+/// A part of a run, stored in the work folder: a station, or a shard of the pairs.
+struct WorkArguments {
+  RunFolders folders;
+  std::optional<double> memory_gb;  ///< absent: as the project file says
+  int station = -1;                 ///< its index in the project
+  int shard = 0;                    ///< of `shards`
+  int shards = 0;                   ///< 0: a station is wanted
+};
+int WorkCommand(const WorkArguments& arguments);
 
 /// What a run would do and why; it does nothing.
 int PrintDryRun(const RunFolders& folders);

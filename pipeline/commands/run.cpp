@@ -12,12 +12,15 @@
 #include "io/folder_lock.h"
 #include "io/run_json.h"
 #include "pipeline/commands/commands.h"
+#include "pipeline/commands/run_on_slurm.h"
 #include "pipeline/georeference_network.h"
 #include "pipeline/output_files.h"
 #include "pipeline/progress_file.h"
 #include "pipeline/resource_budget.h"
 #include "pipeline/run_events.h"
 #include "pipeline/run_outputs.h"
+#include "pipeline/slurm_client.h"
+#include "pipeline/slurm_executor.h"
 #include "pipeline/stop_signal.h"
 #include "pipeline/survey_pipeline.h"
 #include "pipeline/version.h"
@@ -82,6 +85,13 @@ RunStart DescribeStart(const SurveyProject& project, const SurveyOptions& option
           .options_fingerprint = fingerprint.Hex()};
 }
 
+int ThreadsOf(const RunArguments& arguments, const SurveyProject& project) {
+  if (arguments.final_job) {
+    if (const std::optional<int> given = TaskCpus()) return *given;
+  }
+  return arguments.threads >= 0 ? arguments.threads : project.resources.threads;
+}
+
 int RunProject(const RunArguments& arguments, const std::stop_token& stop, RunEvents* events) {
   const Clock::time_point start = Clock::now();
   SurveyOptions options;
@@ -92,14 +102,15 @@ int RunProject(const RunArguments& arguments, const std::stop_token& stop, RunEv
   const std::string out = arguments.folders.OutDirectory();
   const std::string work = arguments.folders.WorkDirectory();
   RequireFreeNames(project, out);
+  if (arguments.final_job) AwaitSubmission(work);
   const FolderLock lock(work);
+  RequireNoJobs(work, arguments.force);
   MakeDirectories(out);
   RemoveTemporaries(project, out, work);
 
   ProgressFile progress(work);
   EventFanOut sinks({events->sink(), &progress});
-  const int threads = arguments.threads >= 0 ? arguments.threads : project.resources.threads;
-  const ExecutionContext context(threads, kRunSeed, &sinks, stop);
+  const ExecutionContext context(ThreadsOf(arguments, project), kRunSeed, &sinks, stop);
   events->Started(DescribeStart(project, options, context.threads(), out));
   const ArtifactStore store(work, [&](const std::string& what) { context.Warning(what); });
   const double memory_gb = arguments.memory_gb.value_or(project.resources.memory_gb);
@@ -109,6 +120,13 @@ int RunProject(const RunArguments& arguments, const std::stop_token& stop, RunEv
   WriteManifest(project, options, run, start, context.threads(), out);
   return events->Finished(run.record.exit_code, run.record.verdict,
                           (fs::path(out) / "report.html").string());
+}
+
+/// For whoever follows the jobs. An interrupted final job has no result: Slurm may start it again.
+void KeepResult(const RunArguments& arguments, const RunEvents& events) {
+  if (!arguments.final_job) return;
+  WriteSlurmResult(arguments.folders.WorkDirectory(),
+                   {OwnJob(), events.exit_code(), events.last_line()});
 }
 
 }  // namespace
@@ -124,13 +142,19 @@ std::string RunFolders::WorkDirectory() const {
 int RunCommand(const RunArguments& arguments) {
   if (arguments.dry_run) return PrintDryRun(arguments.folders);
   const std::stop_token stop = InstallStopSignals();
-  RunEvents events(VerbosityOf(arguments), arguments.log_json);
+  const bool on_slurm = arguments.executor == Executor::kSlurm;
+  // The event log is the run's, which is the final job.
+  RunEvents events(VerbosityOf(arguments), on_slurm ? "" : arguments.log_json);
   try {
-    return RunProject(arguments, stop, &events);
+    if (on_slurm) return RunOnSlurm(arguments, stop, &events);
+    const int code = RunProject(arguments, stop, &events);
+    KeepResult(arguments, events);
+    return code;
   } catch (const Interrupted&) {
     return events.Interrupted(StopSignal());
   } catch (const std::exception& error) {
     events.Failed(error);
+    KeepResult(arguments, events);
     throw;
   }
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 
 #include "io/artifact_store.h"
 #include "io/folder_lock.h"
@@ -10,6 +11,8 @@
 #include "pipeline/output_files.h"
 #include "pipeline/progress_file.h"
 #include "pipeline/run_plan.h"
+#include "pipeline/slurm_client.h"
+#include "pipeline/slurm_jobs.h"
 #include "pipeline/survey_pipeline.h"
 
 namespace backsight {
@@ -64,6 +67,38 @@ void PrintRun(const std::string& work) {
   fmt::print("\n");
 }
 
+/// "2 RUNNING, 4 PENDING"
+std::string StatesOf(const SlurmJob& job, const std::vector<QueuedJob>& queued) {
+  std::map<std::string, int> states;
+  for (const QueuedJob& task : queued) {
+    if (task.id == job.id) ++states[task.state];
+  }
+  std::string text;
+  for (const auto& [state, count] : states) {
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, state);
+  }
+  return text.empty() ? "ended" : text;
+}
+
+void PrintJobs(const std::string& work) {
+  const std::optional<SlurmJobs> jobs = ReadSlurmJobs(work);
+  if (!jobs || jobs->jobs.empty()) return;
+  fmt::print("Slurm jobs, submitted at {}:\n", jobs->submitted_utc);
+  std::vector<QueuedJob> queued;
+  std::string unknown;
+  try {
+    queued = QueuedJobs(jobs->Ids());
+  } catch (const SlurmUnreachable& failure) {
+    unknown = fmt::format("not known ({})", failure.what());
+  }
+  for (const SlurmJob& job : jobs->jobs) {
+    fmt::print("  {} {}, {} task(s): {}\n", job.id, job.part, job.tasks,
+               unknown.empty() ? StatesOf(job, queued) : unknown);
+  }
+  const std::optional<SlurmResult> result = ReadSlurmResult(work, jobs->Final());
+  if (result) fmt::print("  result: {} (exit code {})\n", result->summary, result->exit_code);
+}
+
 }  // namespace
 
 int PrintDryRun(const RunFolders& folders) {
@@ -83,6 +118,7 @@ int StatusCommand(const RunFolders& folders) {
   const RunPlan plan = PlanOf(opened);
   fmt::print("{}: ", opened.project.name);
   PrintRun(opened.work);
+  PrintJobs(opened.work);
   PrintGroup("stations", plan.stations);
   PrintGroup("pairs", plan.pairs);
   PrintGroup("network", plan.network);

@@ -1,0 +1,56 @@
+#include <fmt/format.h>
+
+#include <csignal>
+
+#include "core/error.h"
+#include "io/artifact_store.h"
+#include "pipeline/commands/commands.h"
+#include "pipeline/pair_shards.h"
+#include "pipeline/resource_budget.h"
+#include "pipeline/run_events.h"
+#include "pipeline/slurm_client.h"
+#include "pipeline/station_pipeline.h"
+#include "pipeline/stop_signal.h"
+#include "pipeline/survey_pipeline.h"
+
+namespace backsight {
+namespace {
+
+/// Returns how many units failed.
+int Work(const WorkArguments& arguments, const ExecutionContext& context,
+         const SurveyProject& project, const SurveyOptions& options) {
+  const ArtifactStore store(arguments.folders.WorkDirectory(),
+                            [&](const std::string& what) { context.Warning(what); });
+  if (arguments.shards > 0) {
+    return RegisterPairShard(project, options, {arguments.shard, arguments.shards}, context, store);
+  }
+  const auto count = static_cast<int>(project.stations.size());
+  if (arguments.station < 0 || arguments.station >= count) {
+    throw InputError({"--station", std::to_string(arguments.station),
+                      fmt::format("0 to {}, the stations of {}", count - 1, project.path), ""});
+  }
+  const StationSpec& spec = project.stations[static_cast<std::size_t>(arguments.station)];
+  return LoadStations({spec}, options, context, store).front().usable() ? 0 : 1;
+}
+
+}  // namespace
+
+int WorkCommand(const WorkArguments& arguments) {
+  const std::stop_token stop = InstallStopSignals();
+  TerminalEvents events(TerminalEvents::Verbosity::kNormal);
+  SurveyOptions options;
+  const SurveyProject project =
+      ReadSurveyProject(arguments.folders.project, OptionSections(options));
+  const ExecutionContext context(TaskCpus().value_or(project.resources.threads), kRunSeed, &events,
+                                 stop);
+  LimitMemory(arguments.memory_gb.value_or(project.resources.memory_gb));
+  try {
+    const int failed = Work(arguments, context, project, options);
+    if (failed > 0) context.Info(fmt::format("{} failed; the final run names the reasons", failed));
+    return failed > 0 ? kPartial : kComplete;
+  } catch (const Interrupted&) {
+    return StopSignal() == SIGTERM ? kTerminated : kInterrupted;
+  }
+}
+
+}  // namespace backsight

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <vector>
+
+#include "core/execution.h"
+#include "io/artifact_store.h"
+#include "io/survey_project.h"
+#include "pipeline/survey_options.h"
+
+namespace backsight {
+
+/// One of several tasks that share the pairs of a campaign: those whose index modulo `count` is
+/// `index`.
+struct PairShard {
+  int index = 0;
+  int count = 1;
+};
+
+/// Into how many tasks the pairs of a campaign are divided; 0 where the network decides which pairs
+/// are registered (IsExhaustive is false), so that they cannot be told beforehand.
+int CountPairShards(const SurveyProject& project, const SurveyOptions& options);
+
+/// Registers the shard's pairs fully and stores what comes of it, as the run of an exhaustive
+/// campaign does; what is stored already is not done again. Only the stations of the shard are
+/// loaded. Does nothing where CountPairShards is 0. Returns how many pairs could not be registered.
+int RegisterPairShard(const SurveyProject& project, const SurveyOptions& options,
+                      const PairShard& shard, const ExecutionContext& context,
+                      const ArtifactStore& store);
+
+}  // namespace backsight

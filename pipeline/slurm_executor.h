@@ -1,0 +1,42 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/execution.h"
+#include "pipeline/run_plan.h"
+#include "pipeline/slurm_jobs.h"
+
+namespace backsight {
+
+/// A run for the cluster. Paths may be relative to the folder of this process.
+struct SlurmSubmission {
+  std::string project;
+  std::string out;
+  std::string work;
+  int threads = 0;                       ///< of every job; 0: as Slurm gives
+  double memory_gb = 0;                  ///< budget of every job
+  std::string options;                   ///< more options of sbatch
+  std::vector<std::string> final_words;  ///< more arguments of the final run
+};
+
+/// Submits, each to begin when the one before has ended, however that went: an array with a task
+/// per station, an array of shards of pairs (`shards` tasks; 0: none), and the final run, which
+/// does whatever is left (docs/cluster.md). jobs.json is kept up to date throughout. If one is
+/// refused, those before it are cancelled. Throws as SubmitJob and SplitWords do. The caller holds
+/// the lock of the work folder.
+SlurmJobs SubmitSurvey(const SlurmSubmission& submission, int stations, int shards);
+
+/// Follows the jobs until the final one has ended, and tells `context` how far they are: by `plan`
+/// (what is up to date now), then by what the final run tells. Nothing where it ended without a
+/// result. Throws Interrupted when a stop is requested; the jobs go on then.
+std::optional<SlurmResult> FollowJobs(const SlurmJobs& jobs, const std::string& work,
+                                      const std::function<RunPlan()>& plan,
+                                      const ExecutionContext& context);
+
+/// For the final run: waits until the submission is complete, a minute at most.
+void AwaitSubmission(const std::string& work);
+
+}  // namespace backsight
