@@ -62,6 +62,11 @@ void AddWork(CLI::App& app, int* code) {
       ->check(CLI::Range(0, 1'000'000))
       ->needs("--shards")
       ->excludes(station);
+  command->add_flag("--batch", arguments->batch)->needs("--shards");
+  command->add_flag("--coordinate", arguments->coordinate)->excludes(station);
+  command->add_option("--done", arguments->done)->needs("--coordinate");
+  command->add_option("--threads", arguments->threads)->check(CLI::Range(0, 1024));
+  command->add_option("--slurm-options", arguments->slurm_options);
   command->callback([=] { *code = WorkCommand(*arguments); });
 }
 

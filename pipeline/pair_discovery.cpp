@@ -9,6 +9,7 @@
 
 #include "core/archive.h"
 #include "pipeline/artifacts/artifact_keys.h"
+#include "pipeline/artifacts/pair_artifact.h"
 #include "pipeline/candidate_links.h"
 #include "stages/network_solution.h"
 #include "stages/overlap_prediction.h"
@@ -110,6 +111,28 @@ class Discovery {
   }
 
   PairDiscovery Run() {
+    Prepare();
+    while (true) {
+      const PairBatch batch = Next();
+      if (batch.pairs.empty()) break;
+      Register(batch);
+    }
+    return Summarize();
+  }
+
+  DiscoveryFrontier Replay() {
+    Prepare();
+    DiscoveryFrontier frontier;
+    while (frontier.missing.empty()) {
+      const PairBatch batch = Next();
+      if (batch.pairs.empty()) break;
+      for (const std::size_t i : batch.pairs) ReplayOne(batch.method, i, &frontier);
+    }
+    return frontier;
+  }
+
+ private:
+  void Prepare() {
     const auto usable = static_cast<int>(std::count_if(
         stations_.begin(), stations_.end(), [](const Station& s) { return s.usable(); }));
     const bool growing = !IsExhaustive(usable, options_.pair_selection);
@@ -120,19 +143,15 @@ class Discovery {
     context_.ParallelFor(stations_.size(), [&](std::size_t s) {
       if (stations_[s].usable()) occupancy_[s].emplace_back(stations_[s].model);
     });
-    while (true) {
-      context_.CheckStop();
-      ChooseNetwork();
-      PredictOverlaps();
-      const PairBatch batch =
-          NextPairs(static_cast<int>(stations_.size()), candidates_, options_.pair_selection);
-      if (batch.pairs.empty()) break;
-      Register(batch);
-    }
-    return Summarize();
   }
 
- private:
+  PairBatch Next() {
+    context_.CheckStop();
+    ChooseNetwork();
+    PredictOverlaps();
+    return NextPairs(static_cast<int>(stations_.size()), candidates_, options_.pair_selection);
+  }
+
   /// The network of all pairs so far: its links are the accepted ones, its poses predict.
   void ChooseNetwork() {
     std::vector<NetworkLink> links;
@@ -221,6 +240,23 @@ class Discovery {
   }
 
   void RegisterOne(PairMethod method, std::size_t i) {
+    const std::optional<RigidTransform> predicted = BeginAttempt(method, i);
+    units_.Register(method, predicted, &pairs_[i]);
+  }
+
+  void ReplayOne(PairMethod method, std::size_t i, DiscoveryFrontier* frontier) {
+    const std::optional<RigidTransform> predicted = BeginAttempt(method, i);
+    Pair& pair = pairs_[i];
+    if (units_.Replay(method, predicted, &pair)) {
+      ++frontier->done;
+    } else {
+      frontier->missing.push_back(
+          {pair.source, pair.target, method, predicted, PairBytes(pair), pair.digest});
+    }
+  }
+
+  /// What the pair starts from; of PairMethod::kPredicted its motion.
+  std::optional<RigidTransform> BeginAttempt(PairMethod method, std::size_t i) {
     PairProspect& candidate = candidates_[i];
     std::optional<RigidTransform> predicted;
     if (method == PairMethod::kThorough) {
@@ -234,7 +270,7 @@ class Discovery {
       candidate.tried_predicted = true;
       predicted = Relative(i);
     }
-    units_.Register(method, predicted, &pairs_[i]);
+    return predicted;
   }
 
   PairDiscovery Summarize() {
@@ -291,6 +327,10 @@ class Discovery {
 
 PairDiscovery DiscoverPairs(const PairUnits& units, const PairSpec& spec) {
   return Discovery(units, spec).Run();
+}
+
+DiscoveryFrontier FindFrontier(const PairUnits& units, const PairSpec& spec) {
+  return Discovery(units, spec).Replay();
 }
 
 }  // namespace backsight

@@ -4,14 +4,24 @@
 #include <atomic>
 #include <set>
 
+#include "core/archive.h"
+#include "core/error.h"
+#include "pipeline/artifacts/artifact_keys.h"
+#include "pipeline/artifacts/pair_artifact.h"
 #include "pipeline/artifacts/pair_units.h"
 #include "pipeline/pair_pipeline.h"
 #include "pipeline/station_pipeline.h"
 
 namespace backsight {
+
+template <class Archive>
+void Transfer(Archive& archive, PairTask& task) {
+  archive(task.source, task.target, task.method, task.predicted, task.before, task.digest);
+}
+
 namespace {
 
-constexpr int kMostShards = 200;
+constexpr const char* kBatchName = "slurm/batch";
 
 std::size_t At(int index) { return static_cast<std::size_t>(index); }
 
@@ -42,36 +52,85 @@ std::vector<Station> LoadSome(const std::vector<StationSpec>& specs, const std::
   return stations;
 }
 
+std::vector<PairTask> ShareOf(const std::vector<PairTask>& tasks, const PairShard& shard) {
+  std::vector<PairTask> share;
+  for (std::size_t i = At(shard.index); i < tasks.size(); i += At(shard.count)) {
+    share.push_back(tasks[i]);
+  }
+  return share;
+}
+
+/// False where that failed.
+bool MakeAttempt(const PairUnits& units, const PairTask& task) {
+  units.context().CheckStop();
+  const std::vector<Station>& stations = units.stations();
+  if (!stations[At(task.source)].usable() || !stations[At(task.target)].usable()) return false;
+  Pair pair;
+  pair.source = task.source;
+  pair.target = task.target;
+  RestorePair(task.before, &pair);
+  pair.digest = task.digest;
+  units.Register(task.method, task.predicted, &pair);
+  return pair.fault.empty();
+}
+
+/// Returns how many failed.
+int MakeAttempts(const std::vector<PairTask>& tasks, const SurveyProject& project,
+                 const SurveyOptions& options, const ExecutionContext& context,
+                 const ArtifactStore& store) {
+  std::set<int> wanted;
+  for (const PairTask& task : tasks) wanted.insert({task.source, task.target});
+  const std::vector<Station> stations = LoadSome(project.stations, wanted, options, context, store);
+  const PairUnits units(stations, options, context, store, project.resources.pair_limit_s);
+  std::atomic<std::size_t> done = 0;
+  std::atomic<int> failed = 0;
+  context.Progress("pairs", 0, tasks.size());
+  context.ParallelFor(tasks.size(), [&](std::size_t i) {
+    if (!MakeAttempt(units, tasks[i])) ++failed;
+    context.Progress("pairs", ++done, tasks.size());
+  });
+  return failed;
+}
+
+ArtifactKey BatchKey(const SurveyProject& project, const SurveyOptions& options,
+                     const ExecutionContext& context) {
+  ArtifactKey key = StageKey({options, context.seed()}, "batch", {});
+  for (const StationSpec& spec : project.stations) key.Add("station", spec.id);
+  return key;
+}
+
 }  // namespace
 
 int CountPairShards(const SurveyProject& project, const SurveyOptions& options) {
-  return std::min(static_cast<int>(AllPairs(project, options).size()), kMostShards);
+  return std::min(static_cast<int>(AllPairs(project, options).size()), kMostPairShards);
 }
 
 int RegisterPairShard(const SurveyProject& project, const SurveyOptions& options,
                       const PairShard& shard, const ExecutionContext& context,
                       const ArtifactStore& store) {
-  const std::vector<Pair> all = AllPairs(project, options);
-  std::vector<Pair> pairs;
-  std::set<int> wanted;
-  for (std::size_t i = At(shard.index); i < all.size(); i += At(shard.count)) {
-    pairs.push_back(all[i]);
-    wanted.insert({all[i].source, all[i].target});
+  std::vector<PairTask> tasks;
+  for (const Pair& pair : AllPairs(project, options)) {
+    tasks.push_back({pair.source, pair.target, PairMethod::kFull, {}, PairBytes(Pair()), ""});
   }
-  const std::vector<Station> stations = LoadSome(project.stations, wanted, options, context, store);
-  const PairUnits units(stations, options, context, store, project.resources.pair_limit_s);
-  std::atomic<std::size_t> done = 0;
-  std::atomic<int> failed = 0;
-  context.Progress("pairs", 0, pairs.size());
-  context.ParallelFor(pairs.size(), [&](std::size_t i) {
-    context.CheckStop();
-    Pair& pair = pairs[i];
-    const bool usable = stations[At(pair.source)].usable() && stations[At(pair.target)].usable();
-    if (usable) units.Register(PairMethod::kFull, std::nullopt, &pair);
-    if (!usable || !pair.fault.empty()) ++failed;
-    context.Progress("pairs", ++done, pairs.size());
-  });
-  return failed;
+  return MakeAttempts(ShareOf(tasks, shard), project, options, context, store);
+}
+
+void StoreBatch(const std::vector<PairTask>& batch, const SurveyProject& project,
+                const SurveyOptions& options, const ExecutionContext& context,
+                const ArtifactStore& store) {
+  store.Store(kBatchName, BatchKey(project, options, context), ToBytes(batch));
+}
+
+int RegisterBatchShard(const SurveyProject& project, const SurveyOptions& options,
+                       const PairShard& shard, const ExecutionContext& context,
+                       const ArtifactStore& store) {
+  std::string bytes;
+  if (!store.Load(kBatchName, BatchKey(project, options, context), &bytes)) {
+    throw InputError({store.PathOf(kBatchName), "no pairs of this project and program", "",
+                      "start the run again"});
+  }
+  const auto batch = FromBytes<std::vector<PairTask>>(bytes);
+  return MakeAttempts(ShareOf(batch, shard), project, options, context, store);
 }
 
 }  // namespace backsight

@@ -84,6 +84,12 @@ void CancelJobs(const std::vector<std::string>& ids) {
   RunProgram(words);
 }
 
+void MakeJobWait(const std::string& job, const std::string& after) {
+  const ProgramEnd end =
+      RunProgram({"scontrol", "update", "JobId=" + job, "Dependency=afterany:" + after});
+  if (end.exit_code != 0) throw SlurmUnreachable("scontrol: " + Said(end));
+}
+
 std::vector<QueuedJob> QueuedJobs(const std::vector<std::string>& ids) {
   const ProgramEnd end = RunProgram({"squeue", "--noheader", "--array", "--format=%F %T",
                                      fmt::format("--jobs={}", fmt::join(ids, ","))});

@@ -33,6 +33,10 @@ std::string SubmitJob(const SlurmRequest& request);
 /// Cancels jobs; none that has ended is a fault.
 void CancelJobs(const std::vector<std::string>& ids);
 
+/// Has a pending job wait for the end of another one instead of what it waits for now. Throws
+/// SlurmUnreachable where scontrol does not do it.
+void MakeJobWait(const std::string& job, const std::string& after);
+
 /// A job, or a task of an array, that has not ended.
 struct QueuedJob {
   std::string id;     ///< of an array's task: the array's

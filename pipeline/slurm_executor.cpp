@@ -7,6 +7,7 @@
 #include <chrono>
 #include <filesystem>
 #include <thread>
+#include <utility>
 
 #include "io/atomic_file.h"
 #include "io/folder_lock.h"
@@ -36,23 +37,28 @@ std::string NowUtc() {
 
 class Submitter {
  public:
-  explicit Submitter(const SlurmSubmission& submission)
+  /// `earlier`: jobs of the same run.
+  explicit Submitter(const SlurmSubmission& submission, SlurmJobs earlier = {})
       : submission_(submission),
+        earlier_(std::move(earlier)),
+        jobs_(earlier_),
         work_(Absolute(submission.work)),
         folder_(SlurmFolder(work_)),
         options_(SplitWords(submission.options, "--slurm-options")) {
     MakeDirectories((fs::path(folder_) / "logs").string());
     WriteTextFile(ScriptPath(0), kSingleScript);
     WriteTextFile(ScriptPath(1), kArrayScript);
-    jobs_.submitted_utc = NowUtc();
+    if (jobs_.jobs.empty()) jobs_.submitted_utc = NowUtc();
   }
 
-  /// `tasks` as in SlurmRequest. The command's last argument is the number of the task.
-  void Submit(const std::string& part, int tasks, const std::vector<std::string>& arguments) {
+  /// `tasks` and `after` as in SlurmRequest; an array's tasks get their number as last argument.
+  /// Returns the job's id.
+  std::string Submit(const std::string& part, int tasks, const std::string& after,
+                     const std::vector<std::string>& arguments) {
     SlurmRequest request;
     request.name = "backsight-" + part;
     request.tasks = tasks;
-    request.after = jobs_.jobs.empty() ? "" : jobs_.jobs.back().id;
+    request.after = after;
     request.script = ScriptPath(tasks);
     request.log = EscapePattern((fs::path(folder_) / "logs").string()) + "/" +
                   (tasks > 0 ? "%A_%a.out" : "%j.out");
@@ -61,14 +67,17 @@ class Submitter {
     request.options = options_;
     request.command = {fs::read_symlink("/proc/self/exe").string()};
     request.command.insert(request.command.end(), arguments.begin(), arguments.end());
-    try {
-      jobs_.jobs.push_back({SubmitJob(request), part, std::max(tasks, 1)});
-      WriteSlurmJobs(work_, jobs_);
-    } catch (...) {
-      CancelJobs(jobs_.Ids());
-      ForgetSlurmJobs(work_);
-      throw;
-    }
+    jobs_.jobs.push_back({SubmitJob(request), part, std::max(tasks, 1)});
+    WriteSlurmJobs(work_, jobs_);
+    return jobs_.jobs.back().id;
+  }
+
+  /// Cancels what was submitted here.
+  void TakeBack() {
+    const std::vector<std::string> ids = jobs_.Ids();
+    CancelJobs({ids.begin() + static_cast<std::ptrdiff_t>(earlier_.jobs.size()), ids.end()});
+    if (earlier_.jobs.empty()) return ForgetSlurmJobs(work_);
+    WriteSlurmJobs(work_, earlier_);
   }
 
   /// `command`, the project, its folders and what it may use.
@@ -87,15 +96,32 @@ class Submitter {
   }
 
   const SlurmSubmission& submission_;
+  const SlurmJobs earlier_;
+  SlurmJobs jobs_;
   const std::string work_;
   const std::string folder_;
   const std::vector<std::string> options_;
-  SlurmJobs jobs_;
 };
 
 std::vector<std::string> With(std::vector<std::string> words, std::vector<std::string> more) {
   words.insert(words.end(), more.begin(), more.end());
   return words;
+}
+
+std::string SubmitShards(Submitter* submitter, int shards, const std::string& after) {
+  return submitter->Submit(
+      "pairs", shards, after,
+      With(submitter->Arguments("work"), {"--shards", std::to_string(shards), "--shard"}));
+}
+
+/// `done`: attempts that are stored when a round begins; none before the first.
+std::string SubmitCoordinator(Submitter* submitter, const SlurmSubmission& submission,
+                              const std::vector<std::string>& done, const std::string& after) {
+  std::vector<std::string> words = {"--coordinate", "--threads",
+                                    std::to_string(submission.threads)};
+  if (!submission.options.empty()) words.push_back("--slurm-options=" + submission.options);
+  return submitter->Submit("coordinator", 0, after,
+                           With(With(submitter->Arguments("work"), words), done));
 }
 
 /// Counts what is up to date.
@@ -115,18 +141,34 @@ bool IsRunning(const std::vector<QueuedJob>& queued, const std::string& id) {
                      [&](const auto& job) { return job.id == id && job.state == "RUNNING"; });
 }
 
-void ShowProgress(const SlurmJobs& jobs, const std::vector<QueuedJob>& queued,
-                  const std::string& work, const std::function<RunPlan()>& plan,
-                  const ExecutionContext& context) {
-  if (IsRunning(queued, jobs.Final())) {
-    const std::optional<RunProgress> progress = ReadProgress(work);
-    if (progress) context.Progress(progress->stage, progress->done, progress->total);
-    return;
+/// Shows how far the jobs are.
+class JobProgress {
+ public:
+  JobProgress(const SlurmJobs& jobs, std::string work, const std::function<RunPlan()>& plan,
+              const ExecutionContext& context)
+      : jobs_(jobs), work_(std::move(work)), plan_(plan), context_(context) {}
+
+  void Show(const std::vector<QueuedJob>& queued) {
+    const bool final_runs = IsRunning(queued, jobs_.Final());
+    if (!pairs_ended_) {
+      const RunPlan plan = plan_();
+      if (!stations_ended_) ShowItems("stations", plan.stations, context_);
+      stations_ended_ = final_runs || !Has(queued, jobs_.jobs.front().id);
+      if (stations_ended_) ShowItems("pairs", plan.pairs, context_);
+      pairs_ended_ = final_runs;
+    }
+    const std::optional<RunProgress> progress = final_runs ? ReadProgress(work_) : std::nullopt;
+    if (progress) context_.Progress(progress->stage, progress->done, progress->total);
   }
-  const RunPlan now = plan();
-  if (Has(queued, jobs.jobs.front().id)) return ShowItems("stations", now.stations, context);
-  ShowItems("pairs", now.pairs, context);
-}
+
+ private:
+  const SlurmJobs& jobs_;
+  const std::string work_;
+  const std::function<RunPlan()>& plan_;
+  const ExecutionContext& context_;
+  bool stations_ended_ = false;
+  bool pairs_ended_ = false;
+};
 
 /// Wakes up early if a stop is requested.
 void Sleep(std::chrono::milliseconds time, const ExecutionContext& context) {
@@ -141,16 +183,35 @@ void Sleep(std::chrono::milliseconds time, const ExecutionContext& context) {
 
 SlurmJobs SubmitSurvey(const SlurmSubmission& submission, int stations, int shards) {
   Submitter submitter(submission);
-  submitter.Submit("stations", stations, With(submitter.Arguments("work"), {"--station"}));
-  if (shards > 0) {
-    submitter.Submit(
-        "pairs", shards,
-        With(submitter.Arguments("work"), {"--shards", std::to_string(shards), "--shard"}));
+  try {
+    std::string last = submitter.Submit("stations", stations, "",
+                                        With(submitter.Arguments("work"), {"--station"}));
+    last = shards > 0 ? SubmitShards(&submitter, shards, last)
+                      : SubmitCoordinator(&submitter, submission, {}, last);
+    submitter.Submit("final", 0, last,
+                     With(With(submitter.Arguments("run"), {"--executor", "local", "--final-job"}),
+                          submission.final_words));
+  } catch (...) {
+    submitter.TakeBack();
+    throw;
   }
-  submitter.Submit("final", 0,
-                   With(With(submitter.Arguments("run"), {"--executor", "local", "--final-job"}),
-                        submission.final_words));
   return submitter.jobs();
+}
+
+void SubmitRound(const SlurmSubmission& submission, const SlurmJobs& jobs, int shards,
+                 std::size_t done) {
+  Submitter submitter(submission, jobs);
+  try {
+    std::string last =
+        submitter.Submit("pairs", shards, "",
+                         With(submitter.Arguments("work"),
+                              {"--batch", "--shards", std::to_string(shards), "--shard"}));
+    last = SubmitCoordinator(&submitter, submission, {"--done", std::to_string(done)}, last);
+    MakeJobWait(jobs.Final(), last);
+  } catch (...) {
+    submitter.TakeBack();
+    throw;
+  }
 }
 
 std::optional<SlurmResult> FollowJobs(const SlurmJobs& jobs, const std::string& work,
@@ -159,6 +220,7 @@ std::optional<SlurmResult> FollowJobs(const SlurmJobs& jobs, const std::string& 
   constexpr auto kLongestPause = std::chrono::milliseconds(15'000);
   // A shared file system may show the result later than Slurm shows the end.
   constexpr auto kPatience = seconds(60);
+  JobProgress progress(jobs, work, plan, context);
   std::chrono::milliseconds pause(1000);
   using Clock = std::chrono::steady_clock;
   Clock::time_point patient_until = Clock::time_point::max();
@@ -167,12 +229,12 @@ std::optional<SlurmResult> FollowJobs(const SlurmJobs& jobs, const std::string& 
     if (auto result = ReadSlurmResult(work, jobs.Final())) return result;
     if (Clock::now() > patient_until) return std::nullopt;
     try {
-      const std::vector<QueuedJob> queued = QueuedJobs(jobs.Ids());
+      const std::vector<QueuedJob> queued = QueuedJobs(ReadSlurmJobs(work).value_or(jobs).Ids());
       if (queued.empty()) {
         patient_until = std::min(patient_until, Clock::now() + kPatience);
       } else {
         patient_until = Clock::time_point::max();
-        ShowProgress(jobs, queued, work, plan, context);
+        progress.Show(queued);
       }
     } catch (const SlurmUnreachable& failure) {
       context.Debug(failure.what());  // it may answer again

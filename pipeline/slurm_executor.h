@@ -23,11 +23,18 @@ struct SlurmSubmission {
 };
 
 /// Submits, each to begin when the one before has ended, however that went: an array with a task
-/// per station, an array of shards of pairs (`shards` tasks; 0: none), and the final run, which
-/// does whatever is left (docs/cluster.md). jobs.json is kept up to date throughout. If one is
+/// per station, an array of `shards` tasks that share the pairs, and the final run, which does
+/// whatever is left (docs/cluster.md). Where `shards` is 0 the pairs are found in rounds: a
+/// coordinator stands in the array's place. jobs.json is kept up to date throughout. If one is
 /// refused, those before it are cancelled. Throws as SubmitJob and SplitWords do. The caller holds
 /// the lock of the work folder.
 SlurmJobs SubmitSurvey(const SlurmSubmission& submission, int stations, int shards);
+
+/// For a coordinator, which is one of `jobs`: submits an array of `shards` tasks that make the
+/// attempts of the stored batch, and the next coordinator, for which the final job waits then.
+/// `done`: attempts that are stored so far.
+void SubmitRound(const SlurmSubmission& submission, const SlurmJobs& jobs, int shards,
+                 std::size_t done);
 
 /// Follows the jobs until the final one has ended, and tells `context` how far they are: by `plan`
 /// (what is up to date now), then by what the final run tells. Nothing where it ended without a
@@ -36,7 +43,7 @@ std::optional<SlurmResult> FollowJobs(const SlurmJobs& jobs, const std::string& 
                                       const std::function<RunPlan()>& plan,
                                       const ExecutionContext& context);
 
-/// For the final run: waits until the submission is complete, a minute at most.
+/// For jobs that need the submission complete: waits until it is, a minute at most.
 void AwaitSubmission(const std::string& work);
 
 }  // namespace backsight

@@ -6,7 +6,7 @@
 namespace backsight {
 namespace {
 
-std::string_view NameOf(PairMethod method) {
+std::string_view MethodName(PairMethod method) {
   switch (method) {
     case PairMethod::kFull:
       return "full";
@@ -18,14 +18,23 @@ std::string_view NameOf(PairMethod method) {
   return "";
 }
 
+PairAttempt AttemptOf(PairMethod method, const std::optional<RigidTransform>& predicted) {
+  PairAttempt attempt{MethodName(method), {}};
+  if (predicted) attempt.motions.push_back(*predicted);
+  return attempt;
+}
+
 }  // namespace
+
+bool PairUnits::Replay(PairMethod method, const std::optional<RigidTransform>& predicted,
+                       Pair* pair) const {
+  return store_.keeps() && Restore(AttemptOf(method, predicted), pair);
+}
 
 void PairUnits::Register(PairMethod method, const std::optional<RigidTransform>& predicted,
                          Pair* pair) const {
-  PairAttempt attempt{NameOf(method), {}};
-  if (predicted) attempt.motions.push_back(*predicted);
   Run(
-      attempt,
+      AttemptOf(method, predicted),
       [&](const ExecutionContext& context, Pair* result) {
         if (method == PairMethod::kThorough) {
           return RegisterPairThoroughly(stations_, options_, context, result);
@@ -59,24 +68,35 @@ void PairUnits::Challenge(std::vector<RigidTransform> motions, Pair* pair) const
       pair);
 }
 
+ArtifactKey PairUnits::KeyOf(const PairAttempt& attempt, const Pair& pair) const {
+  return PairKey({options_, context_.seed()}, attempt.method,
+                 stations_[static_cast<std::size_t>(pair.source)],
+                 stations_[static_cast<std::size_t>(pair.target)], attempt.motions, pair.digest);
+}
+
+std::string PairUnits::NameOf(const PairAttempt& attempt, const Pair& pair) const {
+  return PairArtifactName(stations_[static_cast<std::size_t>(pair.source)].spec.id,
+                          stations_[static_cast<std::size_t>(pair.target)].spec.id, attempt.method);
+}
+
+bool PairUnits::Restore(const PairAttempt& attempt, Pair* pair) const {
+  const ArtifactKey key = KeyOf(attempt, *pair);
+  std::string bytes;
+  if (!store_.Load(NameOf(attempt, *pair), key, &bytes)) return false;
+  RestorePair(bytes, pair);
+  pair->digest = key.Digest();
+  return true;
+}
+
 void PairUnits::Run(const PairAttempt& attempt, const Compute& compute, Pair* pair) const {
-  const Station& source = stations_[static_cast<std::size_t>(pair->source)];
-  const Station& target = stations_[static_cast<std::size_t>(pair->target)];
   if (!store_.keeps()) {
     compute(context_.WithTimeLimit(limit_s_), pair);
     return;
   }
-  const ArtifactKey key = PairKey({options_, context_.seed()}, attempt.method, source, target,
-                                  attempt.motions, pair->digest);
-  const std::string name = PairArtifactName(source.spec.id, target.spec.id, attempt.method);
-  std::string bytes;
-  if (store_.Load(name, key, &bytes)) {
-    RestorePair(bytes, pair);
-  } else if (compute(context_.WithTimeLimit(limit_s_), pair)) {
-    store_.Store(name, key, PairBytes(*pair));
-  } else {
-    return;
-  }
+  if (Restore(attempt, pair)) return;
+  const ArtifactKey key = KeyOf(attempt, *pair);
+  if (!compute(context_.WithTimeLimit(limit_s_), pair)) return;
+  store_.Store(NameOf(attempt, *pair), key, PairBytes(*pair));
   pair->digest = key.Digest();
 }
 

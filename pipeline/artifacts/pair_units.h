@@ -34,6 +34,9 @@ class PairUnits {
   void Register(PairMethod method, const std::optional<RigidTransform>& predicted,
                 Pair* pair) const;
 
+  /// The same if the store holds the result; false, and nothing done, where it does not.
+  bool Replay(PairMethod method, const std::optional<RigidTransform>& predicted, Pair* pair) const;
+
   /// Has an accepted pair compete with the motions, until one makes it doubtful.
   void Challenge(std::vector<RigidTransform> motions, Pair* pair) const;
 
@@ -45,6 +48,9 @@ class PairUnits {
  private:
   /// Says whether it ran to its end.
   using Compute = std::function<bool(const ExecutionContext&, Pair*)>;
+  ArtifactKey KeyOf(const PairAttempt& attempt, const Pair& pair) const;
+  std::string NameOf(const PairAttempt& attempt, const Pair& pair) const;
+  bool Restore(const PairAttempt& attempt, Pair* pair) const;
   void Run(const PairAttempt& attempt, const Compute& compute, Pair* pair) const;
 
   const std::vector<Station>& stations_;

@@ -37,13 +37,19 @@ struct RunArguments {
 };
 int RunCommand(const RunArguments& arguments);
 
-/// A part of a run, stored in the work folder: a station, or a shard of the pairs.
+/// A part of a run on a cluster, stored in the work folder: a station, a shard of the pairs, or
+/// what is to be done next.
 struct WorkArguments {
   RunFolders folders;
   std::optional<double> memory_gb;  ///< absent: as the project file says
   int station = -1;                 ///< its index in the project
   int shard = 0;                    ///< of `shards`
-  int shards = 0;                   ///< 0: a station is wanted
+  int shards = 0;                   ///< 0: no pairs are wanted
+  bool batch = false;               ///< the pairs are those of the stored batch
+  bool coordinate = false;          ///< have the next pairs registered by other jobs
+  std::optional<std::size_t> done;  ///< attempts that were stored when the last ones began
+  int threads = 0;                  ///< of the jobs that a coordinator submits
+  std::string slurm_options;        ///< of these
 };
 int WorkCommand(const WorkArguments& arguments);
 

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <csignal>
 
 #include "core/error.h"
@@ -9,6 +10,7 @@
 #include "pipeline/resource_budget.h"
 #include "pipeline/run_events.h"
 #include "pipeline/slurm_client.h"
+#include "pipeline/slurm_executor.h"
 #include "pipeline/station_pipeline.h"
 #include "pipeline/stop_signal.h"
 #include "pipeline/survey_pipeline.h"
@@ -16,13 +18,49 @@
 namespace backsight {
 namespace {
 
+SlurmSubmission NextSubmission(const WorkArguments& arguments, double memory_gb) {
+  SlurmSubmission submission;
+  submission.project = arguments.folders.project;
+  submission.out = arguments.folders.OutDirectory();
+  submission.work = arguments.folders.WorkDirectory();
+  submission.threads = arguments.threads;
+  submission.memory_gb = memory_gb;
+  submission.options = arguments.slurm_options;
+  return submission;
+}
+
+/// Has the next batch of a growing discovery registered by other jobs. Where the last one brought
+/// nothing, what is missing cannot be had that way, and the final run is left to it.
+void Coordinate(const WorkArguments& arguments, const ExecutionContext& context,
+                const SurveyProject& project, const SurveyOptions& options,
+                const ArtifactStore& store) {
+  AwaitSubmission(store.folder());
+  const std::optional<SlurmJobs> jobs = ReadSlurmJobs(store.folder());
+  if (!jobs || jobs->Final().empty()) return context.Info("no final job is waiting");
+  const std::vector<Station> stations = LoadStations(project.stations, options, context, store);
+  const PairUnits units(stations, options, context, store);
+  const DiscoveryFrontier frontier = FindFrontier(units, project.pairs);
+  const auto missing = static_cast<int>(frontier.missing.size());
+  context.Info(fmt::format("{} attempts at pairs are stored, {} are needed next", frontier.done,
+                           frontier.missing.size()));
+  if (missing == 0 || arguments.done == frontier.done) return;
+  StoreBatch(frontier.missing, project, options, context, store);
+  SubmitRound(NextSubmission(arguments, arguments.memory_gb.value_or(project.resources.memory_gb)),
+              *jobs, std::min(missing, kMostPairShards), frontier.done);
+}
+
 /// Returns how many units failed.
 int Work(const WorkArguments& arguments, const ExecutionContext& context,
          const SurveyProject& project, const SurveyOptions& options) {
   const ArtifactStore store(arguments.folders.WorkDirectory(),
                             [&](const std::string& what) { context.Warning(what); });
+  if (arguments.coordinate) {
+    Coordinate(arguments, context, project, options, store);
+    return 0;
+  }
   if (arguments.shards > 0) {
-    return RegisterPairShard(project, options, {arguments.shard, arguments.shards}, context, store);
+    const auto work = arguments.batch ? RegisterBatchShard : RegisterPairShard;
+    return work(project, options, {arguments.shard, arguments.shards}, context, store);
   }
   const auto count = static_cast<int>(project.stations.size());
   if (arguments.station < 0 || arguments.station >= count) {
