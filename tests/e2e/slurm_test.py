@@ -1,0 +1,229 @@
+"""Runs on a Slurm cluster: the same bytes as a local run, whatever happens to a task."""
+
+import filecmp
+import json
+import os
+import pathlib
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+import campaign
+import slurm_cluster
+
+
+def files_of(out):
+    """By relative path, but for the manifest, which holds times."""
+    return sorted(str(path.relative_to(out)) for path in out.rglob("*")
+                  if path.is_file() and path.name != "manifest.json")
+
+
+def interrupt(process):
+    process.send_signal(signal.SIGINT)
+    return process.communicate(timeout=60)
+
+
+class Slurm(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.scratch = tempfile.TemporaryDirectory(prefix="backsight-slurm-test-")
+        cls.addClassCleanup(cls.scratch.cleanup)
+        cls.folder = pathlib.Path(cls.scratch.name) / "it's a \"survey\" $HOME 100%j; `x`"
+        cls.folder.mkdir()
+        cls.project = cls.folder / "town hall.yaml"
+        cls.text = campaign.simulate(cls.folder).replace("merged: []",
+                                                         "merged: [{format: las, path: out/m.las}]")
+        cls.text += "resources: {threads: 1, memory_gb: 1}\n"
+        cls.project.write_text(cls.text)
+        local = campaign.run(cls.project, "--quiet")
+        assert local.returncode == 0, local.stderr
+        cls.reference = cls.folder / "local"
+        cls.reference.mkdir()
+        cls.forget(keep=cls.reference)
+        cls.cluster = slurm_cluster.Cluster()
+        cls.addClassCleanup(cls.cluster.stop)
+
+    @classmethod
+    def forget(cls, keep=None):
+        for name in ("out", "work"):
+            if keep:
+                (cls.folder / name).rename(keep / name)
+            else:
+                shutil.rmtree(cls.folder / name, ignore_errors=True)
+
+    def setUp(self):
+        self.forget()
+        self.project.write_text(self.text)
+
+    def tearDown(self):
+        """No job of one test outlives it."""
+        self.cluster.run("scancel", "--user=root")
+        jobs = self.folder / "work" / "slurm" / "jobs.json"
+        if jobs.exists():
+            self.cluster.wait_for_end([job["id"] for job in json.loads(jobs.read_text())["jobs"]])
+
+    def backsight(self, *arguments):
+        return self.cluster.run(campaign.PROGRAM, *arguments)
+
+    def submit(self, *options):
+        run = self.backsight("run", self.project, "--executor", "slurm", *options)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertRegex(run.stdout, r"^\d+( \d+)*\n$")
+        return run.stdout.split()
+
+    def follow(self, *options):
+        return subprocess.Popen([campaign.PROGRAM, "run", self.project, "--executor", "slurm",
+                                 "--wait", *options], env=self.cluster.environment, text=True,
+                                stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+
+    def result(self):
+        return json.loads((self.folder / "work" / "slurm" / "result.json").read_text())
+
+    def logs(self):
+        return "\n".join(f"{path.name}: {path.read_text()}" for path in
+                         sorted((self.folder / "work" / "slurm" / "logs").iterdir()))
+
+    def expect_local_bytes(self):
+        names = files_of(self.folder / "out")
+        self.assertEqual(names, files_of(self.reference / "out"))
+        _, differing, errors = filecmp.cmpfiles(self.folder / "out", self.reference / "out", names,
+                                                shallow=False)
+        self.assertEqual((differing, errors), ([], []))
+
+    def kill_task_of(self, job):
+        """Kills the first task of an array that is seen running."""
+        end = time.monotonic() + 300
+        while time.monotonic() < end:
+            queue = self.cluster.run("squeue", "--noheader", "--array", "--states=RUNNING",
+                                     "--format=%i", "--jobs=" + job).stdout.split()
+            for task in queue:
+                self.cluster.run("scancel", "--signal=KILL", "--full", task)
+                return task
+            time.sleep(0.05)
+        self.fail(f"no task of {job} ran")
+
+    def test_killed_tasks_cost_nothing_but_time(self):
+        """Submission, refusal of a second run, status, two killed tasks, and equal bytes."""
+        stations, pairs, final = self.submit()
+        for executor in ("local", "slurm"):
+            second = self.backsight("run", self.project, "--executor", executor)
+            self.assertEqual(second.returncode, 75, second.stderr)
+            self.assertIn(f"{stations} {pairs} {final}", second.stderr)
+        status = self.backsight("status", self.project).stdout
+        self.assertRegex(status, rf"  {stations} stations, 4 task\(s\): \d+ (RUNNING|PENDING|CONF)")
+        self.assertRegex(status, rf"  {final} final, 1 task\(s\): 1 PENDING")
+        print("killed", self.kill_task_of(stations), "and", self.kill_task_of(pairs))
+        self.cluster.wait_for_end([stations, pairs, final])
+        self.assertEqual(self.result()["exit_code"], 0, self.logs())
+        self.assertEqual(self.result()["job"], final)
+        self.expect_local_bytes()
+        self.assertEqual(len(list((self.folder / "work" / "slurm" / "logs").iterdir())), 4 + 6 + 1)
+        status = self.backsight("status", self.project).stdout
+        self.assertRegex(status, rf"  {final} final, 1 task\(s\): ended\n  result: Complete")
+        again = self.backsight("run", self.project, "--quiet")
+        self.assertEqual(again.returncode, 0, again.stderr)
+
+    def test_all_but_the_final_job_precompute(self):
+        """The final run finds every station and pair, and so computes none of them."""
+        ids = self.submit("--slurm-options", "--comment='two words' --nice=1")
+        self.cluster.run("scancel", ids[2])
+        self.cluster.wait_for_end(ids)
+        status = self.backsight("status", self.project).stdout
+        self.assertIn("stations: 4 of 4 up to date", status)
+        self.assertIn("pairs: 6 of 6 up to date", status)
+        local = self.backsight("run", self.project, "--quiet")
+        self.assertEqual(local.returncode, 0, local.stderr)
+        self.expect_local_bytes()
+
+    def test_growing_discovery_goes_in_rounds(self):
+        """Coordinators have every attempt made by tasks; the final run computes none."""
+        self.project.write_text(self.text + "pair_selection: {strategy: grow}\n")
+        local = self.backsight("run", self.project, "--quiet")
+        self.assertEqual(local.returncode, 0, local.stderr)
+        grown = self.folder / "grown"
+        grown.mkdir()
+        self.addCleanup(shutil.rmtree, grown)
+        self.forget(keep=grown)
+        follower = self.follow()
+        _, stderr = follower.communicate(timeout=1200)
+        self.assertEqual(follower.returncode, 0, stderr + self.logs())
+        names = files_of(self.folder / "out")
+        self.assertEqual(names, files_of(grown / "out"))
+        self.assertEqual(filecmp.cmpfiles(self.folder / "out", grown / "out", names,
+                                          shallow=False)[1:], ([], []))
+        work = self.folder / "work"
+        jobs = json.loads((work / "slurm" / "jobs.json").read_text())["jobs"]
+        self.assertGreaterEqual([job["part"] for job in jobs].count("coordinator"), 2,
+                                self.logs())
+        log = "".join(path.read_text() for path in (work / "slurm" / "logs").iterdir())
+        print(re.findall(r"\d+ attempts at pairs are stored, \d+ are needed next", log))
+
+    def test_wait_ends_as_the_run(self):
+        follower = self.follow()
+        stdout, stderr = follower.communicate(timeout=1200)
+        self.assertEqual(follower.returncode, 0, stderr + self.logs())
+        self.assertRegex(stdout, r"^Complete: .* Report: .*report\.html\n$")
+        self.assertRegex(stderr, r"submitted jobs \d+ \d+ \d+")
+        self.assertIn("stations", stderr)
+        self.expect_local_bytes()
+
+    def test_wait_returns_the_code_of_a_partial_run(self):
+        scan = self.folder / "scans" / "S4.ptx"
+        original = scan.read_bytes()
+        half = original.rfind(b"\n", 0, len(original) // 2) + 1
+        self.project.write_text(self.text + "gates: {require_all_stations: false}\n")
+        try:
+            scan.write_bytes(original[:half] + b"12.5 garbage\n" + original[half:])
+            follower = self.follow("--quiet")
+            stdout, stderr = follower.communicate(timeout=1200)
+        finally:
+            scan.write_bytes(original)
+        self.assertEqual(follower.returncode, 3, stderr + self.logs())
+        self.assertRegex(stdout, r"^Partial: ")
+
+    def test_interrupted_wait_leaves_the_jobs(self):
+        follower = self.follow("--slurm-options=--begin=now+1hour")
+        jobs = self.folder / "work" / "slurm" / "jobs.json"
+        while not jobs.exists() or len(json.loads(jobs.read_text())["jobs"]) < 3:
+            time.sleep(0.05)
+        time.sleep(2)
+        stdout, stderr = interrupt(follower)
+        self.assertEqual(follower.returncode, 130, stderr)
+        found = re.search(r"To cancel them: scancel ((\d+ ?)+)", stdout)
+        self.assertTrue(found, stdout)
+        queue = self.cluster.run("squeue", "--noheader", "--format=%F").stdout.split()
+        self.assertEqual(sorted(set(queue)), sorted(found[1].split()))
+
+    def test_what_slurm_refuses_is_said(self):
+        run = self.backsight("run", self.project, "--executor", "slurm",
+                             "--slurm-options", "--partition=nowhere")
+        self.assertEqual(run.returncode, 2, run.stderr)
+        self.assertIn("invalid partition specified: nowhere", run.stderr)
+        self.assertFalse((self.folder / "work" / "slurm" / "jobs.json").exists())
+        run = self.backsight("run", self.project, "--executor", "slurm", "--slurm-options", "'x")
+        self.assertEqual(run.returncode, 2)
+        self.assertIn("quote", run.stderr)
+
+    def test_where_slurm_cannot_be_asked_nothing_is_risked(self):
+        ids = self.submit("--slurm-options=--hold")
+        without = {**os.environ, "SLURM_CONF": "/nowhere/slurm.conf"}
+        refused = campaign.run(self.project, "--quiet", env=without)
+        self.assertEqual(refused.returncode, 75)
+        self.assertIn("Slurm cannot be asked", refused.stderr.decode())
+        self.assertIn(" ".join(ids), refused.stderr.decode())
+        self.cluster.run("scancel", *ids)
+        forced = campaign.run(self.project, "--quiet", "--force", env=without)
+        self.assertEqual(forced.returncode, 0, forced.stderr)
+
+
+if __name__ == "__main__":
+    reason = slurm_cluster.why_not()
+    if reason:
+        print("SKIPPED:", reason)
+        sys.exit(77)
+    unittest.main()
