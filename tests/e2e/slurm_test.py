@@ -161,7 +161,8 @@ class Slurm(unittest.TestCase):
         self.assertGreaterEqual([job["part"] for job in jobs].count("coordinator"), 2,
                                 self.logs())
         log = "".join(path.read_text() for path in (work / "slurm" / "logs").iterdir())
-        print(re.findall(r"\d+ attempts at pairs are stored, \d+ are needed next", log))
+        self.assertRegex(log, r"[1-9]\d* attempts at pairs are stored, [1-9]\d* are needed next")
+        self.assertRegex(log, r"[1-9]\d* attempts at pairs are stored, 0 are needed next")
 
     def test_wait_ends_as_the_run(self):
         follower = self.follow()
@@ -211,7 +212,7 @@ class Slurm(unittest.TestCase):
 
     def test_where_slurm_cannot_be_asked_nothing_is_risked(self):
         ids = self.submit("--slurm-options=--hold")
-        without = {**os.environ, "SLURM_CONF": "/nowhere/slurm.conf"}
+        without = {**os.environ, "PATH": "/nowhere"}
         refused = campaign.run(self.project, "--quiet", env=without)
         self.assertEqual(refused.returncode, 75)
         self.assertIn("Slurm cannot be asked", refused.stderr.decode())
