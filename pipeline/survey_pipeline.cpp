@@ -19,6 +19,7 @@
 #include "pipeline/run_outputs.h"
 #include "pipeline/run_summary.h"
 #include "pipeline/symmetry_challenge.h"
+#include "pipeline/unfinished_clouds.h"
 
 namespace backsight {
 namespace {
@@ -87,10 +88,13 @@ SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
            [&] { return FindMovingPoints(stations, network, options.moving_objects, context); });
   clock.Finish("moving objects");
 
-  // Poses first: whatever may happen to the large files, they are kept.
+  // Poses first: whatever may happen to the large files, they are kept. The final reports replace
+  // these.
   const std::vector<ReportPicture> pictures = DrawReportPictures(stations, network);
-  WriteReports(SummarizeRun(project, stations, discovery, network, ground, moving, {}), pictures,
-               out_directory);
+  WriteReports(
+      WithUnfinishedClouds(SummarizeRun(project, stations, discovery, network, ground, moving, {}),
+                           project, out_directory),
+      pictures, out_directory);
   clock.Finish("report");
   const std::vector<WrittenCloud> earlier =
       ReadWrittenClouds((std::filesystem::path(out_directory) / "manifest.json").string());
