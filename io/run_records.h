@@ -15,9 +15,10 @@ namespace backsight {
 /// report.html, in warnings and in file names (merged_component2.las is component 1 of poses.csv).
 constexpr int ComponentNumber(int component) { return component + 1; }
 
-/// The words of the `status` columns.
+/// The words of the `status` columns. Doubtful: not refuted, but used only if loops of other links
+/// confirm it, and none does.
 enum class StationStatus { kRegistered, kNotRegistered, kUnreadable };
-enum class LinkStatus { kAccepted, kRejected, kFailed, kSkipped };
+enum class LinkStatus { kAccepted, kDoubtful, kRejected, kFailed, kSkipped };
 
 std::string ToString(StationStatus status);
 std::string ToString(LinkStatus status);

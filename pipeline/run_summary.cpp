@@ -42,7 +42,8 @@ PoseRecord MakePoseRecord(const Station& station, const Network& network,
   record.component = network.component[index];
   record.link_count = CountAccepted(links, station.spec.id);
   if (record.component < 0) {
-    record.reason = "no accepted link to any other station";
+    record.reason =
+        "no accepted link to any other station" + DescribeDoubtful(links, station.spec.id);
     return record;
   }
   record.status = StationStatus::kRegistered;
@@ -149,9 +150,10 @@ void AddWarnings(RunRecord* run) {
     if (pose.status != StationStatus::kRegistered) {
       run->warnings.push_back(fmt::format("station {}: {}", pose.station, pose.reason));
     } else if (pose.component > 0) {
-      run->warnings.push_back(
-          fmt::format("station {} is in component {}, which nothing connects with the main network",
-                      pose.station, ComponentNumber(pose.component)));
+      run->warnings.push_back(fmt::format(
+          "station {} is in component {}, which nothing connects with the main network{}",
+          pose.station, ComponentNumber(pose.component),
+          DescribeDoubtful(run->links, pose.station)));
     }
   }
   for (const LinkRecord& link : run->links) {
