@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 
 #include "pipeline/ground_records.h"
@@ -85,8 +86,10 @@ std::vector<GateRecord> JudgeGates(const GateSpec& gates, const std::vector<Pose
   std::vector<GateRecord> judged;
   for (const GeoreferenceRecord& record : georeference) {
     if (record.status != "contradictory") continue;
-    judged.push_back({"control_agrees", "control points that agree",
-                      fmt::format("variance factor {:.1f}", record.variance_factor), false});
+    judged.push_back({"control_agrees", "residuals that the sigmas explain",
+                      fmt::format("residuals of control {:.1f} times as large as its sigmas allow",
+                                  std::sqrt(record.variance_factor)),
+                      false});
   }
   if (gates.max_check_rmse_mm) {
     judged.push_back(JudgeCheckPoints(*gates.max_check_rmse_mm, georeference));
@@ -266,7 +269,10 @@ RunRecord SummarizeRun(const SurveyProject& project, const std::vector<Station>&
   AddWarnings(&run);
   AddPlacementWarnings(stations, network, &run);
   AddHeldOutWarnings(stations, network, &run);
-  for (std::string& warning : GroundWarnings(project, run.georeference)) {
+  for (std::string& warning : GroundWarnings(project, ground, run.georeference)) {
+    run.warnings.push_back(std::move(warning));
+  }
+  for (std::string& warning : SightingWarnings(project, stations)) {
     run.warnings.push_back(std::move(warning));
   }
   const PoseGraphResult& poses = network.solution.poses;
