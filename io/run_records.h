@@ -232,7 +232,7 @@ struct StageTime {
 struct WrittenCloud {
   std::string path;  ///< absolute
   std::uint64_t bytes = 0;
-  std::int64_t modified = 0;  ///< time of the last change, in the file system's own count
+  std::int64_t modified = 0;  ///< time of the last change, nanoseconds since 1970 (UTC)
 };
 
 struct ManifestRecord {
