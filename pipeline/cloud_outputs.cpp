@@ -121,7 +121,7 @@ std::vector<WrittenFile> WriteE57(const CloudOutput& output, const std::vector<i
                                   const OutputSource& source, const GeodeticFrame* frame,
                                   MergeOptions merge, const ExecutionContext& context) {
   merge.in_station_frames = true;
-  const std::map<int, E57ScanSpec> scans = E57ScansOf(stations, source);
+  const std::map<int, E57ScanSpec> scans = E57ScansOf(stations, source, output);
   const auto writer = CreateE57CloudWriter(E57FileOf(output, scans, frame), scans);
   MergeClouds(MergeStationsOf(stations, source), merge, *writer, context);
   return {{output.path, writer->Finish()}};

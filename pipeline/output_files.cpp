@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
 #include <limits>
 #include <set>
@@ -88,12 +89,22 @@ class StaleClouds {
     if (fs::exists(station_cloud, error)) Judge(station_cloud, false);
   }
 
+  /// What the manifest lists and no output of the project may be called now.
+  void LookAtEarlier() {
+    for (const WrittenCloud& cloud : earlier_) {
+      if (!judged_.contains(FileKey(cloud.path)) && IsOf(earlier_, cloud.path)) {
+        Judge(cloud.path, false);
+      }
+    }
+  }
+
   const std::string& removed() const { return removed_; }
   const std::string& left() const { return left_; }
 
  private:
   void Judge(const std::string& file, bool may_go) {
     const std::string key = FileKey(file);
+    judged_.insert(key);
     if (written_.contains(key) || scans_.contains(key)) return;
     std::error_code error;
     const bool gone = may_go && IsOf(earlier_, file) && fs::remove(file, error);
@@ -104,6 +115,7 @@ class StaleClouds {
   const std::vector<WrittenCloud>& earlier_;
   std::set<std::string> written_;
   std::set<std::string> scans_;
+  std::set<std::string> judged_;
   std::string removed_;
   std::string left_;
 };
@@ -118,7 +130,9 @@ std::optional<WrittenCloud> DescribeFile(const std::string& path) {
   const fs::file_time_type modified = fs::last_write_time(path, no_time);
   const fs::path absolute = fs::absolute(path, no_path);
   if (no_size || no_time || no_path) return std::nullopt;
-  return WrittenCloud{absolute.string(), bytes, modified.time_since_epoch().count()};
+  const auto unix_time = std::chrono::file_clock::to_sys(modified).time_since_epoch();
+  return WrittenCloud{absolute.string(), bytes,
+                      std::chrono::duration_cast<std::chrono::nanoseconds>(unix_time).count()};
 }
 
 std::string StaleWarning(const std::string& files) {
@@ -194,6 +208,7 @@ std::vector<std::string> ClearStaleClouds(const SurveyProject& project,
     if (!project.outputs.stations) break;
     stale.LookAt(StationCloudPath(*project.outputs.stations, station.id));
   }
+  stale.LookAtEarlier();
   if (!stale.removed().empty()) {
     context.Warning("removed what an earlier run had written and this one did not: " +
                     stale.removed());

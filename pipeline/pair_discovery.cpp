@@ -192,6 +192,7 @@ class Discovery {
     RetryAlone(batch);
     const int count = static_cast<int>(batch.pairs.size());
     (batch.method == PairMethod::kPredicted ? predicted_ : full_) += count;
+    if (batch.method == PairMethod::kThorough) thorough_ += count;
     context_.Debug(fmt::format("pairs: {} {}", count, Name(batch.method)));
   }
 
@@ -266,10 +267,11 @@ class Discovery {
       skipped += fmt::format("{}{} {}", skipped.empty() ? "" : ", ", count, reason);
     }
     context_.Info(fmt::format(
-        "pairs: {} candidates, {} registered fully, {} from predicted poses, {} accepted, {} "
-        "skipped{}; {} component(s)",
-        candidates_.size(), full_, predicted_, accepted, found.skipped.size(),
-        skipped.empty() ? "" : " (" + skipped + ")", found.components));
+        "pairs: {} of {} tried, {} accepted, {} skipped{}; {} attempts: {} in full, {} again "
+        "thoroughly, {} from predicted poses; {} component(s)",
+        found.pairs.size(), candidates_.size(), accepted, found.skipped.size(),
+        skipped.empty() ? "" : " (" + skipped + ")", full_ + predicted_, full_ - thorough_,
+        thorough_, predicted_, found.components));
     return found;
   }
 
@@ -283,7 +285,8 @@ class Discovery {
   std::vector<std::vector<CoarseOccupancy>> occupancy_;  // by station, one where usable
   LinkSelection network_;
   std::size_t tried_ = 0;
-  int full_ = 0;
+  int full_ = 0;      // thorough ones included
+  int thorough_ = 0;  // second tries of pairs
   int predicted_ = 0;
 };
 

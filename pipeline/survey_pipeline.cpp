@@ -20,6 +20,7 @@
 #include "pipeline/run_outputs.h"
 #include "pipeline/run_summary.h"
 #include "pipeline/symmetry_challenge.h"
+#include "pipeline/unfinished_clouds.h"
 
 namespace backsight {
 namespace {
@@ -88,12 +89,15 @@ SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
            [&] { return FindMovingPoints(stations, network, options.moving_objects, context); });
   clock.Finish("moving objects");
 
-  // Poses first: whatever may happen to the large files, they are kept.
+  // Poses first: whatever may happen to the large files, they are kept. The final reports replace
+  // these.
   const SurfaceDistances distances = MeasureStationDistances(stations, network, context);
   const std::vector<PictureRecord> pictures =
       DrawReportPictures(stations, network, ground, distances);
-  WriteReports(SummarizeRun(project, stations, discovery, network, ground, moving, distances, {}),
-               pictures, project.path, out_directory);
+  const RunRecord unfinished =
+      SummarizeRun(project, stations, discovery, network, ground, moving, distances, {});
+  WriteReports(WithUnfinishedClouds(unfinished, project, out_directory), pictures, project.path,
+               out_directory);
   clock.Finish("report");
   const std::vector<WrittenCloud> earlier =
       ReadWrittenClouds((std::filesystem::path(out_directory) / "manifest.json").string());

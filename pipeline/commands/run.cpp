@@ -11,8 +11,9 @@
 #include "io/atomic_file.h"
 #include "io/folder_lock.h"
 #include "io/run_json.h"
+#include "pipeline/checked_project.h"
 #include "pipeline/commands/commands.h"
-#include "pipeline/georeference_network.h"
+#include "pipeline/control_frame.h"
 #include "pipeline/output_files.h"
 #include "pipeline/progress_file.h"
 #include "pipeline/resource_budget.h"
@@ -85,9 +86,8 @@ RunStart DescribeStart(const SurveyProject& project, const SurveyOptions& option
 int RunProject(const RunArguments& arguments, const std::stop_token& stop, RunEvents* events) {
   const Clock::time_point start = Clock::now();
   SurveyOptions options;
-  const SurveyProject project =
-      ReadSurveyProject(arguments.folders.project, OptionSections(options));
-  const auto frame = MakeControlFrame(project);  // refuses what no network could mend
+  const SurveyProject project = ReadCheckedProject(arguments.folders.project, &options);
+  const auto frame = MakeControlFrame(project);
 
   const std::string out = arguments.folders.OutDirectory();
   const std::string work = arguments.folders.WorkDirectory();
