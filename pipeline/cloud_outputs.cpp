@@ -211,10 +211,7 @@ ArtifactKey CloudKey(const CloudOutput& output, const std::vector<int>& stations
   key.Add("thin_m", output.thin_m);
   key.Add("max_points", std::to_string(output.max_points));
   key.Add("without_moving", output.without_moving ? "yes" : "no");
-  const auto box = output.crop.value_or(CropBox());
-  key.Add("crop", output.crop ? DigestOf({{Eigen::Matrix3d::Identity(), box.min},
-                                          {Eigen::Matrix3d::Identity(), box.max}})
-                              : "none");
+  key.Add("crop", output.crop ? DigestOf(*output.crop) : "none");
   for (const int station : stations) key.Add("member", std::to_string(station));
   return key;
 }

@@ -1,11 +1,13 @@
 #include "pipeline/survey_pipeline.h"
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <string_view>
 #include <type_traits>
 #include <utility>
 
+#include "core/archive.h"
 #include "io/run_json.h"
 #include "pipeline/artifacts/artifact_keys.h"
 #include "pipeline/artifacts/network_artifact.h"
@@ -17,6 +19,7 @@
 #include "pipeline/output_files.h"
 #include "pipeline/pair_discovery.h"
 #include "pipeline/report_pictures.h"
+#include "pipeline/resource_budget.h"
 #include "pipeline/run_outputs.h"
 #include "pipeline/run_summary.h"
 #include "pipeline/symmetry_challenge.h"
@@ -49,10 +52,24 @@ Result Once(const ArtifactStore& store, const char* name, const ArtifactKey& key
             std::string (*to_bytes)(const Result&), Result (*from_bytes)(std::string_view),
             Compute compute) {
   std::string bytes;
-  if (store.Load(name, key, &bytes)) return from_bytes(bytes);
+  if (store.Load(name, key, &bytes)) {
+    try {
+      return from_bytes(bytes);
+    } catch (const DamagedArchive&) {
+      bytes.clear();  // it is computed anew
+    }
+  }
   Result result = compute();
   if (store.keeps()) store.Store(name, key, to_bytes(result));
   return result;
+}
+
+/// Throws NoRoom where memory is all that keeps the stations from being used.
+void RequireMemory(const std::vector<Station>& stations) {
+  const auto count = [&](auto is) { return std::count_if(stations.begin(), stations.end(), is); };
+  if (count([](const Station& s) { return s.usable(); }) >= 2) return;
+  if (count([](const Station& s) { return s.short_of_memory; }) == 0) return;
+  throw NoRoom(std::string("stations: every station ") + kShortOfMemory);
 }
 
 }  // namespace
@@ -65,6 +82,7 @@ SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
 
   const std::vector<Station> stations = LoadStations(project.stations, options, context, store);
   for (const Station& station : stations) run.scan_fingerprints.push_back(station.scan_fingerprint);
+  RequireMemory(stations);
   clock.Finish("stations");
 
   const PairUnits units(stations, options, context, store, project.resources.pair_limit_s);
@@ -101,13 +119,9 @@ SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
   clock.Finish("report");
   const std::vector<WrittenCloud> earlier =
       ReadWrittenClouds((std::filesystem::path(out_directory) / "manifest.json").string());
-  const OutputSource source{options.ingest,
-                            stations,
-                            network,
-                            ground,
-                            moving,
-                            store,
-                            OutputsKey(keys, project, network_key.Digest())};
+  ArtifactKey outputs_key = OutputsKey(keys, project, network_key.Digest());
+  AddGround(stations, network, ground, &outputs_key);
+  const OutputSource source{options.ingest, stations, network, ground, moving, store, outputs_key};
   const OutputFiles clouds = WriteClouds(project, source, out_directory, context);
   const std::vector<std::string> stale =
       ClearStaleClouds(project, out_directory, earlier, clouds.files, context);

@@ -1,5 +1,7 @@
 #include "pipeline/artifacts/pair_units.h"
 
+#include <new>
+
 #include "core/archive.h"
 #include "pipeline/artifacts/pair_artifact.h"
 
@@ -44,40 +46,68 @@ void PairUnits::Register(PairMethod method, const std::optional<RigidTransform>&
       pair);
 }
 
-void PairUnits::Challenge(std::vector<RigidTransform> motions, Pair* pair) const {
+bool PairUnits::Challenge(std::vector<RigidTransform> motions, Pair* pair) const {
   const PairAttempt attempt{"symmetries", std::move(motions)};
-  Run(
+  Pair challenged = *pair;
+  const bool whole = Run(
       attempt,
       [&](const ExecutionContext& context, Pair* result) {
-        bool whole = true;
         for (const RigidTransform& motion : attempt.motions) {
           if (!result->accepted()) break;
-          whole = AddMotion(stations_, options_, context, motion, result) && whole;
+          if (!AddMotion(stations_, options_, context, motion, result)) return false;
         }
-        return whole;
+        return true;
       },
-      pair);
+      &challenged);
+  if (whole) {
+    *pair = std::move(challenged);
+  } else {
+    pair->short_of_memory = challenged.short_of_memory;
+  }
+  return whole;
 }
 
-void PairUnits::Run(const PairAttempt& attempt, const Compute& compute, Pair* pair) const {
+bool PairUnits::Run(const PairAttempt& attempt, const Compute& compute, Pair* pair) const {
+  // What follows a fault depends on more than a key says.
+  if (!store_.keeps() || !pair->fault.empty()) return ComputeGuarded(compute, pair);
   const Station& source = stations_[static_cast<std::size_t>(pair->source)];
   const Station& target = stations_[static_cast<std::size_t>(pair->target)];
-  if (!store_.keeps()) {
-    compute(context_.WithTimeLimit(limit_s_), pair);
-    return;
-  }
   const ArtifactKey key = PairKey({options_, context_.seed()}, attempt.method, source, target,
                                   attempt.motions, pair->digest);
   const std::string name = PairArtifactName(source.spec.id, target.spec.id, attempt.method);
-  std::string bytes;
-  if (store_.Load(name, key, &bytes)) {
-    RestorePair(bytes, pair);
-  } else if (compute(context_.WithTimeLimit(limit_s_), pair)) {
+  if (!Load(name, key, pair)) {
+    if (!ComputeGuarded(compute, pair)) return false;
     store_.Store(name, key, PairBytes(*pair));
-  } else {
-    return;
   }
   pair->digest = key.Digest();
+  return true;
+}
+
+bool PairUnits::Load(const std::string& name, const ArtifactKey& key, Pair* pair) const {
+  std::string bytes;
+  if (!store_.Load(name, key, &bytes)) return false;
+  try {
+    RestorePair(bytes, pair);
+    return true;
+  } catch (const DamagedArchive&) {
+    return false;
+  }
+}
+
+/// A pair that memory did not suffice for is as it was, but for `short_of_memory`.
+bool PairUnits::ComputeGuarded(const Compute& compute, Pair* pair) const {
+  try {
+    const Pair before = *pair;
+    const bool whole = compute(context_.WithTimeLimit(limit_s_), pair);
+    if (pair->short_of_memory) {
+      *pair = before;
+      pair->short_of_memory = true;
+    }
+    return whole;
+  } catch (const std::bad_alloc&) {
+    pair->short_of_memory = true;
+    return false;
+  }
 }
 
 }  // namespace backsight

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -34,8 +35,9 @@ class PairUnits {
   void Register(PairMethod method, const std::optional<RigidTransform>& predicted,
                 Pair* pair) const;
 
-  /// Has an accepted pair compete with the motions, until one makes it doubtful.
-  void Challenge(std::vector<RigidTransform> motions, Pair* pair) const;
+  /// Has an accepted pair compete with the motions, until one makes it doubtful. False where that
+  /// failed; the pair is as it was then, but for `short_of_memory`.
+  bool Challenge(std::vector<RigidTransform> motions, Pair* pair) const;
 
   const std::vector<Station>& stations() const { return stations_; }
   const SurveyOptions& options() const { return options_; }
@@ -45,7 +47,9 @@ class PairUnits {
  private:
   /// Says whether it ran to its end.
   using Compute = std::function<bool(const ExecutionContext&, Pair*)>;
-  void Run(const PairAttempt& attempt, const Compute& compute, Pair* pair) const;
+  bool Run(const PairAttempt& attempt, const Compute& compute, Pair* pair) const;
+  bool Load(const std::string& name, const ArtifactKey& key, Pair* pair) const;
+  bool ComputeGuarded(const Compute& compute, Pair* pair) const;
 
   const std::vector<Station>& stations_;
   const SurveyOptions& options_;

@@ -4,6 +4,9 @@
 
 #include <chrono>
 #include <filesystem>
+#include <functional>
+#include <new>
+#include <optional>
 
 #include "core/error.h"
 #include "core/fingerprint.h"
@@ -83,6 +86,20 @@ RunStart DescribeStart(const SurveyProject& project, const SurveyOptions& option
           .options_fingerprint = fingerprint.Hex()};
 }
 
+/// Where memory runs out outside a station or a pair, says when, and what to do.
+SurveyRun RunWithin(double memory_gb, const std::string& work,
+                    const std::function<SurveyRun()>& run) {
+  try {
+    return run();
+  } catch (const std::bad_alloc&) {
+    const auto progress = ReadProgress(work);
+    throw NoRoom(
+        fmt::format("{}: the budget of {:g} GB of memory is used up; raise "
+                    "resources.memory_gb (--memory-gb)",
+                    progress ? progress->stage : "start", memory_gb));
+  }
+}
+
 int RunProject(const RunArguments& arguments, const std::stop_token& stop, RunEvents* events) {
   const Clock::time_point start = Clock::now();
   SurveyOptions options;
@@ -93,7 +110,8 @@ int RunProject(const RunArguments& arguments, const std::stop_token& stop, RunEv
   const std::string work = arguments.folders.WorkDirectory();
   RequireFreeNames(project, out);
   const FolderLock lock(work);
-  MakeDirectories(out);
+  std::optional<FolderLock> out_lock;  // another work folder may lead to the same results
+  if (!fs::exists(out) || !fs::equivalent(out, work)) out_lock.emplace(out);
   RemoveTemporaries(project, out, work);
 
   ProgressFile progress(work);
@@ -104,8 +122,12 @@ int RunProject(const RunArguments& arguments, const std::stop_token& stop, RunEv
   const ArtifactStore store(work, [&](const std::string& what) { context.Warning(what); });
   const double memory_gb = arguments.memory_gb.value_or(project.resources.memory_gb);
   RequireRoom(EstimateNeeds(project, out, store), memory_gb, context);
-  LimitMemory(memory_gb);
-  const SurveyRun run = RunSurvey(project, options, frame, out, context, store);
+  WakeThreads(context);
+  if (!LimitMemory(memory_gb, context.threads())) {
+    context.Warning("the system does not limit this process's memory; it takes what it needs");
+  }
+  const SurveyRun run = RunWithin(
+      memory_gb, work, [&] { return RunSurvey(project, options, frame, out, context, store); });
   WriteManifest(project, options, run, start, context.threads(), out);
   return events->Finished(run.record.exit_code, run.record.verdict,
                           (fs::path(out) / "report.html").string());

@@ -49,11 +49,17 @@ class Budget(unittest.TestCase):
                           if TEMPORARY.search(path.name)], [])
 
     def test_disk_that_cannot_hold_the_cloud_is_found_before_the_start(self):
-        self.mount(1000)
-        run = campaign.run(self.project("small/merged.las"), "--quiet")
+        scene = (self.folder / "scene.yaml").read_text().replace("format: ptx", "format: las")
+        (self.folder / "las.yaml").write_text(scene)
+        subprocess.run([campaign.PROGRAM, "simulate", self.folder / "las.yaml", self.folder],
+                       check=True, capture_output=True)
+        self.mount(300)
+        project = self.project("small/merged.las")
+        project.write_text(project.read_text().replace(".ptx", ".las"))
+        run = campaign.run(project, "--quiet")
         self.assertEqual(run.returncode, 6, run.stderr)
         self.assertRegex(run.stderr.decode(),
-                         r"small: this run writes 0\.0\d GB at least, 0\.00 GB are free")
+                         r"small: this run writes \d\.\d MB at least, 0\.3 MB are free")
         self.assertFalse(list((self.folder / "work").rglob("station.artifact")))
 
     def test_disk_that_fills_up_costs_the_cloud_only(self):
