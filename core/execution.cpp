@@ -56,14 +56,17 @@ ExecutionContext ExecutionContext::WithTimeLimit(double seconds) const {
 
 void ExecutionContext::ParallelFor(std::size_t n, const std::function<void(std::size_t)>& body,
                                    std::size_t grain) const {
-  arena_->arena.execute([&] {
+  const auto loop = [&] {
     tbb::parallel_for(
         tbb::blocked_range<std::size_t>(0, n, grain),
         [&](const tbb::blocked_range<std::size_t>& range) {
           for (std::size_t i = range.begin(); i != range.end(); ++i) body(i);
         },
         tbb::simple_partitioner());
-  });
+  };
+  // Isolated: whoever waits for a nested loop takes up none of the outer loop's work meanwhile,
+  // whose time and memory would count as its own.
+  arena_->arena.execute([&] { tbb::this_task_arena::isolate(loop); });
 }
 
 void ExecutionContext::Send(EventSink::Level level, std::string_view text) const {

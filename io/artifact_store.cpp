@@ -117,6 +117,12 @@ void ArtifactKey::AddLines(std::string_view lines) {
   }
 }
 
+ArtifactKey ArtifactKey::OfText(std::string text) {
+  ArtifactKey key;
+  key.text_ = std::move(text);
+  return key;
+}
+
 std::string ArtifactKey::Digest() const {
   Fingerprint fingerprint;
   fingerprint.Add(std::string_view(text_));
@@ -169,19 +175,6 @@ ArtifactState ArtifactStore::Look(const std::string& name, const ArtifactKey& ke
   if (!opened.fault.empty()) return {ArtifactState::Kind::kDamaged, {opened.fault}, {}};
   if (opened.key == key.text()) return {ArtifactState::Kind::kUpToDate, {}, opened.key};
   return {ArtifactState::Kind::kOutdated, DifferingLines(opened.key, key.text()), opened.key};
-}
-
-std::vector<std::string> ArtifactStore::Names(const std::string& prefix) const {
-  std::vector<std::string> names;
-  if (!keeps()) return names;
-  std::error_code error;
-  const fs::path root(folder_);
-  for (const auto& entry : fs::recursive_directory_iterator(root / prefix, error)) {
-    if (entry.path().extension() != kExtension) continue;
-    names.push_back(entry.path().lexically_relative(root).replace_extension().string());
-  }
-  std::sort(names.begin(), names.end());
-  return names;
 }
 
 void ArtifactStore::Remove(const std::string& name) const {

@@ -18,6 +18,9 @@ class ArtifactKey {
   /// Lines "name=value", as CanonicalText gives them.
   void AddLines(std::string_view lines);
 
+  /// The key that has this text().
+  static ArtifactKey OfText(std::string text);
+
   const std::string& text() const { return text_; }
   /// 32 hexadecimal digits that stand for the text, as another key's value.
   std::string Digest() const;
@@ -51,13 +54,11 @@ class ArtifactStore {
   /// The bytes stored under `name`, if they belong to `key` and are whole. False otherwise; what is
   /// damaged is reported.
   bool Load(const std::string& name, const ArtifactKey& key, std::string* bytes) const;
-  /// Throws InputError where the disk does not take it.
+  /// Throws StorageFailure where the disk does not take it.
   void Store(const std::string& name, const ArtifactKey& key, std::string_view bytes) const;
   /// Reads the key only: damage within the bytes is not found.
   ArtifactState Look(const std::string& name, const ArtifactKey& key) const;
 
-  /// Names of the artifacts below `prefix` (a folder), sorted.
-  std::vector<std::string> Names(const std::string& prefix) const;
   void Remove(const std::string& name) const;
   /// The artifact's file.
   std::string PathOf(const std::string& name) const;

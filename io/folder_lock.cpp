@@ -90,7 +90,7 @@ void FolderLock::Lock(const std::string& path) {
 FolderLock::~FolderLock() { ::close(file_); }  // which frees the lock
 
 std::optional<LockHolder> HolderOf(const std::string& folder) {
-  const int file = ::open(PathOf(folder).c_str(), O_RDWR | O_CLOEXEC);
+  const int file = ::open(PathOf(folder).c_str(), O_RDONLY | O_CLOEXEC);
   if (file < 0) return std::nullopt;
   struct flock whole = WholeFile();
   std::optional<LockHolder> holder;

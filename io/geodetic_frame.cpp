@@ -10,7 +10,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/error.h"
 #include "io/vertical_geoid.h"
 
 namespace backsight {
@@ -180,6 +179,32 @@ Object BestOperation(PJ_CONTEXT* context, const PJ* source, const PJ* target,
   return operation;
 }
 
+/// Where a CRS is used, degrees; west may be greater than east, across the antimeridian.
+struct Area {
+  double west = 0.0, south = 0.0, east = 0.0, north = 0.0;
+  std::string name;
+
+  bool Holds(double latitude, double longitude) const {
+    constexpr double kMargin = 3.0;  // networks reach a little beyond, as zones do
+    const double width = std::fmod(east - west + 360.0, 360.0);
+    const double from_west = std::fmod(longitude - west + kMargin + 720.0, 360.0);
+    const bool all_around = width + 2.0 * kMargin >= 360.0 || east - west >= 360.0;
+    return (all_around || from_west <= width + 2.0 * kMargin) && latitude >= south - kMargin &&
+           latitude <= north + kMargin;
+  }
+};
+
+std::optional<Area> AreaOf(PJ_CONTEXT* context, const PJ* crs) {
+  constexpr double kUnknown = -1000.0;
+  Area area;
+  const char* name = nullptr;
+  const int known =
+      proj_get_area_of_use(context, crs, &area.west, &area.south, &area.east, &area.north, &name);
+  if (known == 0 || area.west == kUnknown || area.south == kUnknown) return std::nullopt;
+  area.name = name == nullptr ? "" : name;
+  return area;
+}
+
 }  // namespace
 
 struct GeodeticFrame::Parts {
@@ -192,6 +217,19 @@ struct GeodeticFrame::Parts {
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();
   double convergence_deg = 0.0;
   double point_scale = 1.0;
+  std::optional<Area> area;  // of the horizontal system
+
+  /// Longitude, latitude; nothing where the way there and back does not close.
+  std::optional<Eigen::Vector2d> PlaceOf(const Eigen::Vector3d& crs) const {
+    constexpr double kSame = 1e-3;
+    proj_errno_reset(operation.get());
+    const PJ_COORD in = proj_coord(crs.x(), crs.y(), 0.0, HUGE_VAL);
+    const PJ_COORD there = proj_trans(operation.get(), PJ_FWD, in);
+    const PJ_COORD back = proj_trans(operation.get(), PJ_INV, there);
+    const double gap = std::hypot(back.xyz.x - crs.x(), back.xyz.y - crs.y());
+    if (proj_errno(operation.get()) != 0 || !(gap <= kSame)) return std::nullopt;
+    return Eigen::Vector2d(there.xyz.x, there.xyz.y);
+  }
 
   Eigen::Vector3d Convert(const Eigen::Vector3d& from, PJ_DIRECTION direction,
                           std::string_view frame) const {
@@ -275,11 +313,37 @@ GeodeticFrame::GeodeticFrame(const std::string& horizontal, const std::string& v
   }
   parts_->SetWkt(vertical.empty() ? plane.get() : crs.get());
   parts_->SetEllipsoid(plane.get());
+  parts_->area = AreaOf(context, plane.get());
 }
 
 GeodeticFrame::~GeodeticFrame() = default;
 GeodeticFrame::GeodeticFrame(GeodeticFrame&&) noexcept = default;
 GeodeticFrame& GeodeticFrame::operator=(GeodeticFrame&&) noexcept = default;
+
+std::optional<InputError::Details> GeodeticFrame::FaultOf(const Eigen::Vector3d& crs) const {
+  const std::optional<Area>& area = parts_->area;
+  const auto is_within = [&](const std::optional<Eigen::Vector2d>& place) {
+    return place && (!area || area->Holds(place->y(), place->x()));
+  };
+  const std::optional<Eigen::Vector2d> place = parts_->PlaceOf(crs);
+  if (is_within(place)) return std::nullopt;
+  InputError::Details fault;
+  fault.where = parts_->where;
+  fault.found = fmt::format("easting {:.3f}, northing {:.3f}", crs.x(), crs.y());
+  fault.found +=
+      place ? fmt::format(", which is latitude {:.2f}, longitude {:.2f}", place->y(), place->x())
+            : ", which is nowhere";
+  fault.expected = "a place where " + parts_->name + " is used";
+  if (area) {
+    fault.expected += fmt::format(": latitude {:.1f} to {:.1f}, longitude {:.1f} to {:.1f}",
+                                  area->south, area->north, area->west, area->east);
+  }
+  const bool swapped = area && is_within(parts_->PlaceOf({crs.y(), crs.x(), crs.z()}));
+  fault.remedy = swapped ? "easting and northing swapped? The order is easting, northing, height"
+                         : "check order (easting, northing, height), units, zone, and whether the "
+                           "easting lacks a prefix of its zone";
+  return fault;
+}
 
 void GeodeticFrame::SetOrigin(const Eigen::Vector3d& crs) {
   const Eigen::Vector3d place = parts_->Convert(crs, PJ_FWD, "coordinates");

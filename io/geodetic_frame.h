@@ -2,7 +2,10 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <optional>
 #include <string>
+
+#include "core/error.h"
 
 namespace backsight {
 
@@ -22,6 +25,11 @@ class GeodeticFrame {
   ~GeodeticFrame();
   GeodeticFrame(GeodeticFrame&&) noexcept;
   GeodeticFrame& operator=(GeodeticFrame&&) noexcept;
+
+  /// What speaks against a place with these coordinates, for an error message: the CRS does not
+  /// reach there, or it lies more than 3 degrees outside the area that PROJ's database says the CRS
+  /// is used in. Nothing if it is well, or no area is known. Needs no origin.
+  std::optional<InputError::Details> FaultOf(const Eigen::Vector3d& crs) const;
 
   /// Easting, northing and height of the origin, in metres and this order whatever the order of
   /// the CRS's axes. Throws InputError where the CRS does not reach.

@@ -26,6 +26,8 @@ std::string ToString(LinkStatus status) {
   switch (status) {
     case LinkStatus::kAccepted:
       return "accepted";
+    case LinkStatus::kDoubtful:
+      return "doubtful";
     case LinkStatus::kRejected:
       return "rejected";
     case LinkStatus::kFailed:

@@ -16,14 +16,16 @@ namespace backsight {
 /// report.html, in warnings and in file names (merged_component2.las is component 1 of poses.csv).
 constexpr int ComponentNumber(int component) { return component + 1; }
 
-/// The words of the `status` columns.
+/// The words of the `status` columns. Doubtful: not refuted, but used only if loops of other links
+/// confirm it, and none does.
 enum class StationStatus { kRegistered, kNotRegistered, kUnreadable };
-enum class LinkStatus { kAccepted, kRejected, kFailed, kSkipped };
+enum class LinkStatus { kAccepted, kDoubtful, kRejected, kFailed, kSkipped };
 
 inline constexpr StationStatus kStationStatuses[] = {
     StationStatus::kRegistered, StationStatus::kNotRegistered, StationStatus::kUnreadable};
-inline constexpr LinkStatus kLinkStatuses[] = {LinkStatus::kAccepted, LinkStatus::kRejected,
-                                               LinkStatus::kFailed, LinkStatus::kSkipped};
+inline constexpr LinkStatus kLinkStatuses[] = {LinkStatus::kAccepted, LinkStatus::kDoubtful,
+                                               LinkStatus::kRejected, LinkStatus::kFailed,
+                                               LinkStatus::kSkipped};
 
 std::string ToString(StationStatus status);
 std::string ToString(LinkStatus status);
@@ -254,7 +256,7 @@ struct StageTime {
 struct WrittenCloud {
   std::string path;  ///< absolute
   std::uint64_t bytes = 0;
-  std::int64_t modified = 0;  ///< time of the last change, in the file system's own count
+  std::int64_t modified = 0;  ///< time of the last change, nanoseconds since 1970 (UTC)
 };
 
 struct ManifestRecord {

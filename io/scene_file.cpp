@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <limits>
 #include <map>
+#include <optional>
 
+#include "core/error.h"
+#include "io/geodetic_frame.h"
 #include "io/scene_objects.h"
 #include "io/strict_yaml.h"
 
@@ -97,6 +100,19 @@ std::vector<ControlSite> ReadControlSites(const YamlValue& list) {
   return sites;
 }
 
+/// Now, because the project file is written after the scans.
+void RejectUnusable(const YamlValue& map, const SceneCrs& crs) {
+  std::optional<InputError::Details> fault;
+  try {
+    GeodeticFrame frame(crs.horizontal, crs.vertical, "");
+    fault = frame.FaultOf(crs.origin);
+    if (!fault) frame.SetOrigin(crs.origin);
+  } catch (const InputError& error) {
+    fault = error.details();
+  }
+  if (fault) map.Reject(fault->expected, fault->remedy, fault->found);
+}
+
 SceneCrs ReadSceneCrs(const YamlValue& map) {
   SceneCrs crs;
   crs.horizontal = map.Required("horizontal").Text();
@@ -105,6 +121,7 @@ SceneCrs ReadSceneCrs(const YamlValue& map) {
   const std::vector<double> origin = map.Required("origin").Reals(3, {-kEarth, kEarth, "m"});
   crs.origin = {origin[0], origin[1], origin[2]};
   crs.heading_deg = ReadReal(map, "heading_deg", crs.heading_deg, -360.0, 360.0, "deg");
+  if (!crs.horizontal.empty() && !crs.origin.isZero(0.0)) RejectUnusable(map, crs);
   return crs;
 }
 

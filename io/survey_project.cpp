@@ -113,10 +113,24 @@ void CheckSectionNames(const std::vector<OptionSection>& sections) {
   }
 }
 
+/// Every place was read before, so that going there again adds no violation.
+void RejectPlace(const YamlValue& crs, const YamlValue& control, const ProjectFault& fault) {
+  using Place = ProjectFault::Place;
+  YamlValue place = fault.place == Place::kCrs ? crs : control;
+  if (fault.place == Place::kPoint || fault.place == Place::kSighting) {
+    place = control.Items().at(fault.point);
+  }
+  if (fault.place == Place::kPoint) place = place.Required("crs");
+  if (fault.place == Place::kSighting) {
+    place = place.Required("measured").Items(1).at(fault.sighting).Required("xyz");
+  }
+  place.Reject(fault.expected, fault.remedy, fault.found);
+}
+
 }  // namespace
 
-SurveyProject ReadSurveyProject(const std::string& path,
-                                const std::vector<OptionSection>& sections) {
+SurveyProject ReadSurveyProject(const std::string& path, const std::vector<OptionSection>& sections,
+                                const ProjectCheck& check) {
   CheckSectionNames(sections);
   YamlDocument document = YamlDocument::Load(path);
   const YamlValue root = document.root();
@@ -124,15 +138,29 @@ SurveyProject ReadSurveyProject(const std::string& path,
   project.path = path;
   ReadSchemaVersion(root.Required("schema_version"));
   project.name = root.Optional("name").Text(std::filesystem::path(path).stem().string());
+  WholeParts whole;
+  // The keys of the map itself must be known before, or asking for them takes violations back.
+  const auto read = [&](const auto& part) {
+    const std::size_t before = document.Violations().size();
+    part();
+    return document.Violations().size() == before;
+  };
   const YamlValue crs = root.Optional("crs");
-  if (crs.present()) project.crs = ReadCrs(crs);
-  project.stations = ReadStations(root.Required("stations"));
-  project.control = ReadControl(root.Optional("control"), project.stations);
+  const YamlValue stations = root.Required("stations");
+  const YamlValue control = root.Optional("control");
+  whole.crs = read([&] {
+    if (crs.present()) project.crs = ReadCrs(crs);
+  });
+  whole.stations = read([&] { project.stations = ReadStations(stations); });
+  whole.control = read([&] { project.control = ReadControl(control, project.stations); });
   project.pairs = ReadPairs(root.Optional("pairs"), project.stations);
   project.outputs = ReadOutputs(root.Optional("outputs"), project.stations);
   project.gates = ReadGates(root.Optional("gates"));
   project.resources = ReadResources(root.Optional("resources"));
   ReadOptions(root, sections);
+  if (check) {
+    for (const ProjectFault& fault : check(project, whole)) RejectPlace(crs, control, fault);
+  }
   document.ThrowIfInvalid();
   return project;
 }

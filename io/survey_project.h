@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -116,12 +118,34 @@ struct SurveyProject {
   ResourceSpec resources;
 };
 
+/// What is wrong with a project beyond the form of its file.
+struct ProjectFault {
+  enum class Place { kCrs, kControl, kPoint, kSighting };
+  Place place = Place::kControl;
+  std::size_t point = 0;     ///< of kPoint and kSighting: index into SurveyProject::control
+  std::size_t sighting = 0;  ///< of kSighting: index into its `measured`
+  std::string found;
+  std::string expected;
+  std::string remedy;
+};
+
+/// Which parts of a project were read without a fault; nothing is to be said of the others.
+struct WholeParts {
+  bool stations = false;
+  bool crs = false;  ///< or there is none
+  bool control = false;
+};
+
+/// Looks for faults that this layer cannot know; the options are filled by then.
+using ProjectCheck =
+    std::function<std::vector<ProjectFault>(const SurveyProject&, const WholeParts&)>;
+
 /// Reads and validates a survey project file (schema_version 1) and fills the options behind
 /// `sections` from its maps of the same names. Throws one InputError that lists everything wrong
-/// with the file, line by line. A prior's `survey_from_station` is either 16 numbers, a 4x4 matrix
-/// by rows, or 7 numbers [x, y, z, qw, qx, qy, qz].
-SurveyProject ReadSurveyProject(const std::string& path,
-                                const std::vector<OptionSection>& sections);
+/// with the file, line by line, what `check` finds included. A prior's `survey_from_station` is
+/// either 16 numbers, a 4x4 matrix by rows, or 7 numbers [x, y, z, qw, qx, qy, qz].
+SurveyProject ReadSurveyProject(const std::string& path, const std::vector<OptionSection>& sections,
+                                const ProjectCheck& check = {});
 
 /// Where the cloud of a single station goes: a file in outputs.stations' folder.
 std::string StationCloudPath(const CloudOutput& output, const std::string& station);

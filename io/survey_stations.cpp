@@ -49,6 +49,7 @@ std::string ReadId(const YamlValue& value, std::map<std::string, int>& seen) {
   const auto [it, inserted] = seen.emplace(id, value.line());
   if (!inserted) {
     value.Reject("an id of its own", fmt::format("line {} has the same one", it->second));
+    return "";  // whose it is, is not known
   }
   return id;
 }
@@ -231,7 +232,10 @@ void RequireStation(const YamlValue& value, const std::string& id,
   if (id.empty() || stations.empty()) return;  // reported elsewhere
   std::vector<std::string> names;
   names.reserve(stations.size());
-  for (const StationSpec& station : stations) names.push_back(station.id);
+  for (const StationSpec& station : stations) {
+    if (station.id.empty()) return;  // reported there, and may be the one meant here
+    names.push_back(station.id);
+  }
   if (std::find(names.begin(), names.end(), id) != names.end()) return;
   const std::string nearest = NearestName(id, names);
   value.Reject("the id of a station", nearest.empty() ? "" : "did you mean '" + nearest + "'?");

@@ -6,8 +6,6 @@
 #include <cmath>
 #include <limits>
 
-#include "io/text_fields.h"
-
 namespace backsight {
 namespace {
 
@@ -61,30 +59,6 @@ IntensityRange GuessIntensityRange(const ColumnRange& range, bool is_pts) {
   return {range.min, std::max(range.max, range.min + 1.0)};
 }
 
-std::size_t FindName(std::span<const std::string> header,
-                     std::initializer_list<std::string_view> names) {
-  for (std::size_t i = 0; i < header.size(); ++i) {
-    const std::string name = ToLower(header[i]);
-    if (std::find(names.begin(), names.end(), name) != names.end()) return i;
-  }
-  return XyzLayout::kNone;
-}
-
-bool UseNames(std::span<const std::string> header, XyzLayout& layout) {
-  if (header.size() != layout.columns) return false;
-  const std::array<std::size_t, 3> xyz{FindName(header, {"x"}), FindName(header, {"y"}),
-                                       FindName(header, {"z"})};
-  if (std::count(xyz.begin(), xyz.end(), XyzLayout::kNone) > 0) return false;
-  layout.xyz = xyz;
-  layout.intensity = FindName(header, {"intensity", "i", "scalar_intensity", "reflectance"});
-  layout.rgb = {FindName(header, {"r", "red"}), FindName(header, {"g", "green"}),
-                FindName(header, {"b", "blue"})};
-  if (std::count(layout.rgb.begin(), layout.rgb.end(), XyzLayout::kNone) > 0) {
-    layout.rgb.fill(XyzLayout::kNone);
-  }
-  return true;
-}
-
 void UseValues(Sample sample, XyzLayout& layout) {
   const auto color_at = [&](std::size_t first) { layout.rgb = {first, first + 1, first + 2}; };
   if (layout.columns == 4 || layout.columns == 5) {
@@ -129,11 +103,10 @@ std::string XyzLayout::Describe() const {
   return fmt::format("columns: {}", fmt::join(names, " "));
 }
 
-XyzLayout GuessXyzLayout(std::span<const std::string> header,
-                         std::span<const std::vector<double>> sample, bool is_pts) {
+XyzLayout GuessXyzLayout(std::span<const std::vector<double>> sample, bool is_pts) {
   XyzLayout layout;
   layout.columns = sample.front().size();
-  if (!UseNames(header, layout)) UseValues(sample, layout);
+  UseValues(sample, layout);
   GuessRanges(sample, is_pts, layout);
   return layout;
 }

@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "io/point_collector.h"
@@ -29,16 +28,14 @@ struct XyzLayout {
   std::string Describe() const;
 };
 
-/// Text clouds do not say what their columns mean. Goes by `header` (the words of a header line)
-/// where it names x, y and z and has as many words as there are columns; otherwise by the number
-/// of columns (at least 3) and the values of `sample`, lines of equal length: 3 x y z; 4 or 5 and
-/// an intensity; 6 or more with three columns of whole numbers 0 to 255 (or 65535) a colour, before
-/// or behind the intensity. `is_pts`: intensities may be -2048 to 2047.
-XyzLayout GuessXyzLayout(std::span<const std::string> header,
-                         std::span<const std::vector<double>> sample, bool is_pts);
+/// Text clouds do not say what their columns mean. Goes by the number of columns (at least 3) and
+/// the values of `sample`, lines of equal length: 3 x y z; 4 or 5 and an intensity; 6 or more with
+/// three columns of whole numbers 0 to 255 (or 65535) a colour, before or behind the intensity.
+/// `is_pts`: intensities may be -2048 to 2047.
+XyzLayout GuessXyzLayout(std::span<const std::vector<double>> sample, bool is_pts);
 
-/// The same for columns that are given, as many as each line of `sample` has: only the ranges of
-/// intensity and colour go by its values.
+/// The same for columns that are given or named, as many as each line of `sample` has: only the
+/// ranges of intensity and colour go by its values.
 XyzLayout GivenXyzLayout(const TextColumns& columns, std::span<const std::vector<double>> sample,
                          bool is_pts);
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 
+#include "io/column_names.h"
 #include "io/text_fields.h"
 
 namespace backsight {
@@ -65,6 +66,16 @@ bool XyzRecords::LooksLikeNames(std::string_view line) const {
   return !ParseNumber(words[place]);  // "nan" is a number
 }
 
+/// Of several comments the last that names most coordinates; a header line outranks comments.
+void XyzRecords::TakeNames(std::string_view line, bool is_header) {
+  std::vector<std::string> names = NamesOf(line);
+  const bool fewer = CoordinatesNamed(names) < CoordinatesNamed(names_);
+  if (!is_header && (names_are_header_ || fewer)) return;
+  names_ = std::move(names);
+  names_line_ = lines_.line_number();
+  names_are_header_ = is_header;
+}
+
 bool XyzRecords::SkipPreamble(std::vector<std::string>& notes) {
   std::uint64_t offset = 0;
   std::uint64_t line_number = 0;
@@ -73,10 +84,10 @@ bool XyzRecords::SkipPreamble(std::vector<std::string>& notes) {
   while (lines_.Next(line)) {
     line = Trim(line);
     if (IsComment(line)) {
-      names_ = NamesOf(line);
+      TakeNames(line, false);
     } else if (!line.empty() && !had_header && LooksLikeNames(line)) {
       had_header = true;
-      names_ = NamesOf(line);
+      TakeNames(line, true);
       notes.push_back(fmt::format("line {} taken as header", lines_.line_number()));
     } else if (!line.empty()) {
       lines_.Restart(offset, line_number);
@@ -96,9 +107,47 @@ bool XyzRecords::NextLine(std::string_view& line) {
   return true;
 }
 
+std::size_t XyzRecords::CountColumns() {
+  const std::uint64_t offset = lines_.source().position();
+  const std::uint64_t line_number = lines_.line_number();
+  std::string_view line;
+  std::vector<std::string_view> words(kMaxColumns);
+  const std::size_t count = NextLine(line) ? SplitFields(line, SeparatorOf(line), words) : 0;
+  lines_.Restart(offset, line_number);
+  return count;
+}
+
+void XyzRecords::UseNames(std::size_t columns, std::vector<std::string>& notes) {
+  if (names_.size() == columns) given_ = ColumnsByNames(names_);
+  if (!given_.empty() || names_.empty()) return;
+  // A comment is prose unless it names columns.
+  const std::size_t named = CoordinatesNamed(names_);
+  const std::size_t needed = names_.size() == columns ? 2 : 3;
+  if (!names_are_header_ && named < needed) return;
+  const std::string contradiction = ContradictionOf(names_, columns);
+  if (!contradiction.empty()) {
+    throw InputError({fmt::format("{}:{}", lines_.source().path(), names_line_),
+                      fmt::format("the names {}, {}",
+                                  Quoted(fmt::format("{}", fmt::join(names_, " "))), contradiction),
+                      fmt::format("names of {} columns with x, y and z among them, or easting, "
+                                  "northing and height",
+                                  columns),
+                      "say what the columns hold with the key columns, like columns: [y, x, z, "
+                      "skip]"});
+  }
+  const bool some = named > 0;
+  notes.push_back(fmt::format(
+      "the names in line {} ({}) {}: the first columns are taken as x, y and z; if they are not, "
+      "give columns",
+      names_line_, Quoted(fmt::format("{}", fmt::join(names_, " "))),
+      some ? "do not name every coordinate" : "mean nothing here"));
+}
+
 void XyzRecords::GuessLayout(bool is_pts, std::uint64_t most, std::vector<std::string>& notes) {
   const std::uint64_t offset = lines_.source().position();
   const std::uint64_t line_number = lines_.line_number();
+  const bool by_key = !given_.empty();
+  if (!by_key && most > 0) UseNames(CountColumns(), notes);
   std::vector<std::vector<double>> sample;
   std::size_t columns = 0;
   try {
@@ -114,10 +163,12 @@ void XyzRecords::GuessLayout(bool is_pts, std::uint64_t most, std::vector<std::s
   if (sample.empty()) {
     sample.emplace_back(std::max<std::size_t>({columns, given_.size(), 3}), 0.0);
   }
-  layout_ = given_.empty() ? GuessXyzLayout(names_, sample, is_pts)
-                           : GivenXyzLayout(given_, sample, is_pts);
+  layout_ =
+      given_.empty() ? GuessXyzLayout(sample, is_pts) : GivenXyzLayout(given_, sample, is_pts);
+  const std::string names = fmt::format("by the names in line {}, ranges ", names_line_);
   notes.push_back(fmt::format("{}, {}by the first {} lines", layout_.Describe(),
-                              given_.empty() ? "" : "as given, ranges ", sample.size()));
+                              given_.empty() ? "" : (by_key ? "as given, ranges " : names),
+                              sample.size()));
   lines_.Restart(offset, line_number);
 }
 
@@ -146,7 +197,8 @@ void XyzRecords::RequireCount(std::size_t count, std::string_view line) const {
   const std::string found = fmt::format("{} values: {}", count, Quoted(line));
   if (!given_.empty()) {
     if (count == given_.size() && count <= kMaxColumns) return;
-    throw lines_.Error(found, fmt::format("{} values, as many as columns given", given_.size()),
+    throw lines_.Error(found,
+                       fmt::format("{} values, as many as columns given or named", given_.size()),
                        "name every column of the file, or skip for what it does not matter");
   }
   const bool first = values_.empty();
@@ -163,9 +215,14 @@ double XyzRecords::Number(std::string_view word) const {
   if (number) return *number;
   const bool comma = word.find(',') != std::string_view::npos ||
                      (separator_ == ',' && word.find(' ') != std::string_view::npos);
-  throw lines_.Error(Quoted(word), "a number",
-                     comma ? "write numbers with a decimal point, not a comma"
-                           : "the line is damaged or not a point");
+  if (comma) {
+    throw lines_.Error(Quoted(word), "a number", "write numbers with a decimal point, not a comma");
+  }
+  const std::string header =
+      names_are_header_ ? fmt::format(" (line {} was taken as header)", names_line_) : "";
+  throw lines_.Error(Quoted(word) + header, "a number",
+                     "the line is damaged or not a point; if a column holds names or other text, "
+                     "say so with the key columns, like columns: [skip, x, y, z]");
 }
 
 void XyzRecords::Add(PointCollector& collector, PointChunk& chunk) const {

@@ -80,6 +80,7 @@ YamlDocument YamlDocument::Parse(const std::string& text, const std::string& nam
   YamlDocument document;
   document.tree_->file = name;
   yaml_internal::ParseYaml(text, *document.tree_);
+  document.tree_->root->line = std::max(1, document.tree_->root->line);  // of an empty file
   return document;
 }
 

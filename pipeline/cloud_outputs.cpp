@@ -121,7 +121,7 @@ std::vector<WrittenFile> WriteE57(const CloudOutput& output, const std::vector<i
                                   const OutputSource& source, const GeodeticFrame* frame,
                                   MergeOptions merge, const ExecutionContext& context) {
   merge.in_station_frames = true;
-  const std::map<int, E57ScanSpec> scans = E57ScansOf(stations, source);
+  const std::map<int, E57ScanSpec> scans = E57ScansOf(stations, source, output);
   const auto writer = CreateE57CloudWriter(E57FileOf(output, scans, frame), scans);
   MergeClouds(MergeStationsOf(stations, source), merge, *writer, context);
   return {{output.path, writer->Finish()}};
@@ -211,10 +211,7 @@ ArtifactKey CloudKey(const CloudOutput& output, const std::vector<int>& stations
   key.Add("thin_m", output.thin_m);
   key.Add("max_points", std::to_string(output.max_points));
   key.Add("without_moving", output.without_moving ? "yes" : "no");
-  const auto box = output.crop.value_or(CropBox());
-  key.Add("crop", output.crop ? DigestOf({{Eigen::Matrix3d::Identity(), box.min},
-                                          {Eigen::Matrix3d::Identity(), box.max}})
-                              : "none");
+  key.Add("crop", output.crop ? DigestOf(*output.crop) : "none");
   for (const int station : stations) key.Add("member", std::to_string(station));
   return key;
 }

@@ -29,27 +29,40 @@ std::string GuidOf(const Fingerprint& fingerprint) {
                      hex.substr(16, 4), hex.substr(20));
 }
 
-std::string DerivedGuid(const Station& station) {
+/// What is left out of an output, on which the points of its scans depend.
+void AddSelection(const CloudOutput& output, bool without_moving, Fingerprint* fingerprint) {
+  Add(output.thin_m, fingerprint);
+  if (without_moving) fingerprint->Add("without moving");
+  if (output.crop) {
+    Add(output.crop->min, fingerprint);
+    Add(output.crop->max, fingerprint);
+  }
+}
+
+std::string DerivedGuid(const Station& station, const CloudOutput& output, bool without_moving) {
   Fingerprint fingerprint;
   fingerprint.Add("scan");
   fingerprint.Add(station.spec.id);
   fingerprint.Add(station.content_fingerprint);
+  AddSelection(output, without_moving, &fingerprint);
   return GuidOf(fingerprint);
 }
 
 }  // namespace
 
-std::map<int, E57ScanSpec> E57ScansOf(const std::vector<int>& stations,
-                                      const OutputSource& source) {
+std::map<int, E57ScanSpec> E57ScansOf(const std::vector<int>& stations, const OutputSource& source,
+                                      const CloudOutput& output) {
   std::map<int, E57ScanSpec> scans;
   std::set<std::string> guids;
   for (const int index : stations) {
     const auto s = static_cast<std::size_t>(index);
     const Station& station = source.stations[s];
     E57ScanSpec& scan = scans[index + 1];
-    scan.guid = station.info.guid.empty() ? DerivedGuid(station) : station.info.guid;
+    const bool without_moving = output.without_moving && source.moving.Of(s).points > 0;
+    const std::string derived = DerivedGuid(station, output, without_moving);
+    scan.guid = station.info.guid.empty() ? derived : station.info.guid;
     if (!guids.insert(scan.guid).second) {
-      scan.guid = DerivedGuid(station);
+      scan.guid = derived;
       guids.insert(scan.guid);
     }
     scan.name = station.info.name.empty() ? station.spec.id : station.info.name;
@@ -73,12 +86,7 @@ E57FileSpec E57FileOf(const CloudOutput& output, const std::map<int, E57ScanSpec
   Fingerprint fingerprint;
   fingerprint.Add("file");
   fingerprint.Add(file.crs);
-  Add(output.thin_m, &fingerprint);
-  if (output.without_moving) fingerprint.Add("without moving");
-  if (output.crop) {
-    Add(output.crop->min, &fingerprint);
-    Add(output.crop->max, &fingerprint);
-  }
+  AddSelection(output, output.without_moving, &fingerprint);
   for (const auto& [number, scan] : scans) {
     fingerprint.Add(scan.guid);
     for (int column = 0; column < 3; ++column) {

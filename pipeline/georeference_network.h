@@ -37,11 +37,6 @@ struct GeoreferencedNetwork {
   Eigen::Vector3d OutputFromEnu(const Eigen::Vector3d& enu) const;
 };
 
-/// The frame of the project's control, its origin amid the control; null for a local grid or no
-/// control. Throws InputError where control cannot place the project whatever the network: a CRS
-/// that GeodeticFrame refuses, a CRS without control, too few control points or all on one line.
-std::shared_ptr<const GeodeticFrame> MakeControlFrame(const SurveyProject& project);
-
 /// Ties every component to the control that its stations measured; `frame`: MakeControlFrame of the
 /// project.
 GeoreferencedNetwork GeoreferenceNetwork(const SurveyProject& project,

@@ -124,7 +124,10 @@ std::string StatusWarning(const GeoreferenceRecord& record) {
   if (record.status == "too_few_points") {
     return component + " has too few control points and stays in its survey frame";
   }
-  if (record.status == "diverged") return component + ": the adjustment to control failed";
+  if (record.status == "diverged")
+    return component +
+           ": the adjustment to control failed: network and control are of different shape; check "
+           "units, ids and stations of the sightings";
   if (record.status == "contradictory") {
     return fmt::format(
         "{}: the control points contradict each other or the network (variance factor {:.1f}), and "
@@ -155,16 +158,17 @@ std::string UncheckedWarning(const GeoreferenceRecord& record) {
   return list.empty() ? "" : "nothing else checks these coordinates of control: " + list;
 }
 
-/// Survey points of the project that are in no component with a place on the ground.
-std::string UnusedWarning(const SurveyProject& project,
-                          const std::vector<GeoreferenceRecord>& records) {
+/// Survey points of the project that no station of any component measured.
+std::string UnusedWarning(const SurveyProject& project, const GeoreferencedNetwork& ground) {
   std::string ids;
-  for (const ControlPoint& point : project.control) {
-    const bool used = std::any_of(records.begin(), records.end(), [&](const auto& record) {
-      return std::any_of(record.points.begin(), record.points.end(),
-                         [&](const SurveyPointRecord& p) { return p.id == point.id; });
-    });
-    if (!used) ids += (ids.empty() ? "" : ", ") + point.id;
+  for (std::size_t k = 0; k < project.control.size(); ++k) {
+    const auto holds = [&](const std::vector<int>& points) {
+      return std::find(points.begin(), points.end(), static_cast<int>(k)) != points.end();
+    };
+    const bool seen = std::any_of(
+        ground.parts.begin(), ground.parts.end(),
+        [&](const GeoreferencedPart& part) { return holds(part.control) || holds(part.check); });
+    if (!seen) ids += (ids.empty() ? "" : ", ") + project.control[k].id;
   }
   return ids.empty() ? "" : "survey points measured only from stations that are not placed: " + ids;
 }
@@ -188,7 +192,31 @@ std::string ScaleWarning(const GeoreferenceRecord& record) {
 
 }  // namespace
 
+std::vector<std::string> SightingWarnings(const SurveyProject& project,
+                                          const std::vector<Station>& stations) {
+  std::vector<std::string> warnings;
+  for (const ControlPoint& point : project.control) {
+    for (const ControlMeasurement& measured : point.measured) {
+      const auto station = std::find_if(stations.begin(), stations.end(), [&](const Station& s) {
+        return s.spec.id == measured.station;
+      });
+      if (station == stations.end() || !station->usable()) continue;
+      const Eigen::Vector3d scanner =
+          station->spec.scanner_origin_m.value_or(Eigen::Vector3d::Zero());
+      const double distance_m = (measured.xyz_m - scanner).norm();
+      constexpr double kFar = 5.0;
+      if (distance_m <= kFar * station->record.extent_m) continue;
+      warnings.push_back(fmt::format(
+          "{} was measured {:.1f} m from station {}, whose scan reaches {:.1f} m for 95 % of its "
+          "points: are these metres, and this station's coordinates?",
+          point.id, distance_m, measured.station, station->record.extent_m));
+    }
+  }
+  return warnings;
+}
+
 std::vector<std::string> GroundWarnings(const SurveyProject& project,
+                                        const GeoreferencedNetwork& ground,
                                         const std::vector<GeoreferenceRecord>& records) {
   std::vector<std::string> warnings;
   const auto add = [&](std::string warning) {
@@ -207,7 +235,7 @@ std::vector<std::string> GroundWarnings(const SurveyProject& project,
     add(UncheckedWarning(record));
     add(ScaleWarning(record));
   }
-  if (!records.empty()) add(UnusedWarning(project, records));
+  if (!records.empty()) add(UnusedWarning(project, ground));
   return warnings;
 }
 

@@ -1,5 +1,7 @@
 #include "pipeline/link_records.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -109,9 +111,10 @@ void FillNetwork(const Station& target, const NetworkCandidate& candidate, bool 
     record->covariance = adjoint * candidate.covariance * adjoint.transpose();
     return;
   }
-  record->status = LinkStatus::kRejected;
-  // Why it was doubtful says more than that nothing confirmed it.
-  const bool has_doubt = candidate.fate == LinkFate::kUnconfirmed && !record->reason.empty();
+  const bool unconfirmed = candidate.fate == LinkFate::kUnconfirmed && !candidate.refuted;
+  record->status = unconfirmed ? LinkStatus::kDoubtful : LinkStatus::kRejected;
+  // Why it is doubtful says more than that nothing confirms it.
+  const bool has_doubt = unconfirmed && !record->reason.empty();
   if (candidate.refuted) {
     record->reason = "refuted_by_views";
   } else if (!has_doubt) {
@@ -184,6 +187,20 @@ std::vector<LinkRecord> MakeLinkRecords(const std::vector<Station>& stations,
     if (found != held_out.end()) records.back().held_out = found->second;
   }
   return records;
+}
+
+std::string DescribeDoubtful(const std::vector<LinkRecord>& links, const std::string& station) {
+  std::vector<std::string> others;
+  for (const LinkRecord& link : links) {
+    if (link.status != LinkStatus::kDoubtful) continue;
+    if (link.source == station) others.push_back(link.target);
+    if (link.target == station) others.push_back(link.source);
+  }
+  if (others.empty()) return "";
+  return fmt::format(
+      "; doubtful ones to {}, which no loop of other links confirms: a further station that "
+      "overlaps with both sides could, or pairs that were not tried (pairs: include)",
+      fmt::join(others, ", "));
 }
 
 std::vector<ClosureRecord> MakeClosureRecords(const std::vector<Station>& stations,

@@ -1,9 +1,12 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <exception>
 #include <map>
 
+#include "core/error.h"
+#include "io/nearest_name.h"
 #include "pipeline/commands/commands.h"
 #include "pipeline/run_events.h"
 #include "pipeline/survey_pipeline.h"
@@ -178,6 +181,20 @@ void AddDemo(CLI::App& app, int* code) {
   command->callback([=] { *code = DemoCommand(*directory, *threads); });
 }
 
+/// The parser would only say that the word was not expected.
+void RequireKnownCommand(const CLI::App& app, const std::string& word) {
+  if (word.empty() || word.front() == '-') return;
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+    names.push_back(command->get_name());
+  }
+  if (std::find(names.begin(), names.end(), word) != names.end()) return;
+  const std::string nearest = NearestName(word, names);
+  throw InputError({"command line", "an unknown command, '" + word + "'",
+                    fmt::format("one of: {}", fmt::join(names, ", ")),
+                    nearest.empty() ? "" : "did you mean '" + nearest + "'?"});
+}
+
 int Main(int argc, char** argv) {
   CLI::App app("Backsight: terrestrial laser scans to one registered point cloud");
   app.set_version_flag("--version", std::string("backsight ") + kVersion);
@@ -187,6 +204,7 @@ int Main(int argc, char** argv) {
                          AddInfo, AddOptions, AddSimulate, AddDemo}) {
     add(app, &code);
   }
+  if (argc > 1) RequireKnownCommand(app, argv[1]);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
+#include <functional>
 #include <limits>
 #include <set>
 
@@ -58,14 +60,35 @@ bool IsOf(const std::vector<WrittenCloud>& earlier, const std::string& file) {
   });
 }
 
-/// Half written files beside `output` whose names begin with its own.
-void RemoveTemporariesOf(const fs::path& output) {
+/// The name that a half written file was to have; empty if it is none.
+std::string TargetName(const fs::path& file) {
+  const std::string name = file.filename().string();
+  return IsTemporaryName(name) ? name.substr(0, name.rfind(".tmp-")) : "";
+}
+
+/// Removes the half written files of a folder whose targets `ours` knows.
+void RemoveTemporariesIn(const fs::path& folder,
+                         const std::function<bool(const std::string& target)>& ours) {
   std::error_code error;
-  const fs::path folder = output.has_parent_path() ? output.parent_path() : fs::path(".");
-  for (const auto& entry : fs::directory_iterator(folder, error)) {
-    const std::string name = entry.path().filename().string();
-    const bool ours = IsTemporaryName(name) && name.starts_with(output.filename().string());
-    if (ours) fs::remove(entry.path(), error);
+  for (fs::directory_iterator entry(folder.empty() ? "." : folder, error), end;
+       !error && entry != end; entry.increment(error)) {
+    const std::string target = TargetName(entry->path());
+    if (target.empty() || !ours((folder / target).string())) continue;
+    std::error_code ignored;
+    fs::remove(entry->path(), ignored);
+  }
+}
+
+/// Of artifacts, which lie two folders deep at most.
+void RemoveHalfWrittenArtifacts(const fs::path& work) {
+  const auto any = [](const std::string&) { return true; };
+  for (const char* name : {"scans", "stations", "pairs", "network", "outputs", "slurm"}) {
+    RemoveTemporariesIn(work / name, any);
+    std::error_code error;
+    for (fs::directory_iterator entry(work / name, error), end; !error && entry != end;
+         entry.increment(error)) {
+      if (entry->is_directory(error)) RemoveTemporariesIn(entry->path(), any);
+    }
   }
 }
 
@@ -88,12 +111,22 @@ class StaleClouds {
     if (fs::exists(station_cloud, error)) Judge(station_cloud, false);
   }
 
+  /// What the manifest lists and no output of the project may be called now.
+  void LookAtEarlier() {
+    for (const WrittenCloud& cloud : earlier_) {
+      if (!judged_.contains(FileKey(cloud.path)) && IsOf(earlier_, cloud.path)) {
+        Judge(cloud.path, false);
+      }
+    }
+  }
+
   const std::string& removed() const { return removed_; }
   const std::string& left() const { return left_; }
 
  private:
   void Judge(const std::string& file, bool may_go) {
     const std::string key = FileKey(file);
+    judged_.insert(key);
     if (written_.contains(key) || scans_.contains(key)) return;
     std::error_code error;
     const bool gone = may_go && IsOf(earlier_, file) && fs::remove(file, error);
@@ -104,6 +137,7 @@ class StaleClouds {
   const std::vector<WrittenCloud>& earlier_;
   std::set<std::string> written_;
   std::set<std::string> scans_;
+  std::set<std::string> judged_;
   std::string removed_;
   std::string left_;
 };
@@ -118,7 +152,9 @@ std::optional<WrittenCloud> DescribeFile(const std::string& path) {
   const fs::file_time_type modified = fs::last_write_time(path, no_time);
   const fs::path absolute = fs::absolute(path, no_path);
   if (no_size || no_time || no_path) return std::nullopt;
-  return WrittenCloud{absolute.string(), bytes, modified.time_since_epoch().count()};
+  const auto unix_time = std::chrono::file_clock::to_sys(modified).time_since_epoch();
+  return WrittenCloud{absolute.string(), bytes,
+                      std::chrono::duration_cast<std::chrono::nanoseconds>(unix_time).count()};
 }
 
 std::string StaleWarning(const std::string& files) {
@@ -135,24 +171,29 @@ std::string UsualWorkDirectory(const std::string& project_path) {
 
 void RemoveTemporaries(const SurveyProject& project, const std::string& out_directory,
                        const std::string& work_directory) {
-  std::error_code error;
-  for (const auto& entry : fs::recursive_directory_iterator(work_directory, error)) {
-    if (IsTemporaryName(entry.path().filename().string())) fs::remove(entry.path(), error);
-  }
-  std::vector<fs::path> outputs = {fs::path(out_directory) / "report"};
-  for (const char* name : {"poses.", "links.", "manifest.", "map."}) {
-    outputs.push_back(fs::path(out_directory) / name);
-  }
-  for (const CloudOutput& cloud : MergedOutputs(project, out_directory)) {
-    outputs.push_back(fs::path(cloud.path).replace_extension());
-  }
+  RemoveHalfWrittenArtifacts(work_directory);
+  const std::set<std::string> reports = {"poses.csv",   "poses.json",  "links.csv",
+                                         "report.json", "report.html", "manifest.json"};
+  RemoveTemporariesIn(out_directory, [&](const std::string& target) {
+    return reports.contains(fs::path(target).filename().string());
+  });
+  const int components = MostComponents(project.stations.size());
+  std::vector<CloudOutput> outputs = MergedOutputs(project, out_directory);
+  CloudOutput map;
+  map.path =
+      project.outputs.map.value_or(MapOutput{(fs::path(out_directory) / "map.ot").string()}).path;
+  if (!map.path.empty()) outputs.push_back(map);
   for (const StationSpec& station : project.stations) {
     if (!project.outputs.stations) break;
-    outputs.emplace_back(StationCloudPath(*project.outputs.stations, station.id));
+    CloudOutput cloud = *project.outputs.stations;
+    cloud.path = StationCloudPath(cloud, station.id);
+    outputs.push_back(cloud);
   }
-  if (project.outputs.map)
-    outputs.push_back(fs::path(project.outputs.map->path).replace_extension());
-  for (const fs::path& output : outputs) RemoveTemporariesOf(output);
+  for (const CloudOutput& output : outputs) {
+    RemoveTemporariesIn(fs::path(output.path).parent_path(), [&](const std::string& target) {
+      return MayWrite(output, components, target);
+    });
+  }
 }
 
 std::vector<CloudOutput> MergedOutputs(const SurveyProject& project,
@@ -194,6 +235,7 @@ std::vector<std::string> ClearStaleClouds(const SurveyProject& project,
     if (!project.outputs.stations) break;
     stale.LookAt(StationCloudPath(*project.outputs.stations, station.id));
   }
+  stale.LookAtEarlier();
   if (!stale.removed().empty()) {
     context.Warning("removed what an earlier run had written and this one did not: " +
                     stale.removed());

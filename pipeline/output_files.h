@@ -39,7 +39,8 @@ std::string StaleWarning(const std::string& files);
 /// merged outputs may have (components, numbered parts) and station clouds, but not in `written`.
 /// Where this run wrote the same output under other names, those that are provably of an earlier
 /// run are removed: listed in its manifest (`earlier`) and of the same size and time of change
-/// still. All others stay, and a warning names them. Scans of the project are never touched.
+/// still. All others stay, and a warning names them; so it does those of `earlier` whose output
+/// the project no longer has. Scans of the project are never touched.
 std::vector<std::string> ClearStaleClouds(const SurveyProject& project,
                                           const std::string& out_directory,
                                           const std::vector<WrittenCloud>& earlier,

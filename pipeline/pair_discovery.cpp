@@ -211,6 +211,7 @@ class Discovery {
     RetryAlone(batch);
     const int count = static_cast<int>(batch.pairs.size());
     (batch.method == PairMethod::kPredicted ? predicted_ : full_) += count;
+    if (batch.method == PairMethod::kThorough) thorough_ += count;
     context_.Debug(fmt::format("pairs: {} {}", count, Name(batch.method)));
   }
 
@@ -219,9 +220,9 @@ class Discovery {
     for (const std::size_t i : batch.pairs) {
       if (!pairs_[i].short_of_memory) continue;
       pairs_[i].short_of_memory = false;
-      pairs_[i].fault.clear();
       RegisterOne(batch.method, i);
       if (!pairs_[i].short_of_memory) continue;
+      if (pairs_[i].best() == nullptr) pairs_[i].fault = kShortOfMemory;
       context_.Warning(fmt::format("pair {} {}: {}", stations_[At(pairs_[i].source)].spec.id,
                                    stations_[At(pairs_[i].target)].spec.id, kShortOfMemory));
     }
@@ -302,10 +303,11 @@ class Discovery {
       skipped += fmt::format("{}{} {}", skipped.empty() ? "" : ", ", count, reason);
     }
     context_.Info(fmt::format(
-        "pairs: {} candidates, {} registered fully, {} from predicted poses, {} accepted, {} "
-        "skipped{}; {} component(s)",
-        candidates_.size(), full_, predicted_, accepted, found.skipped.size(),
-        skipped.empty() ? "" : " (" + skipped + ")", found.components));
+        "pairs: {} of {} tried, {} accepted, {} skipped{}; {} attempts: {} in full, {} again "
+        "thoroughly, {} from predicted poses; {} component(s)",
+        found.pairs.size(), candidates_.size(), accepted, found.skipped.size(),
+        skipped.empty() ? "" : " (" + skipped + ")", full_ + predicted_, full_ - thorough_,
+        thorough_, predicted_, found.components));
     return found;
   }
 
@@ -319,7 +321,8 @@ class Discovery {
   std::vector<std::vector<CoarseOccupancy>> occupancy_;  // by station, one where usable
   LinkSelection network_;
   std::size_t tried_ = 0;
-  int full_ = 0;
+  int full_ = 0;      // thorough ones included
+  int thorough_ = 0;  // second tries of pairs
   int predicted_ = 0;
 };
 

@@ -6,13 +6,17 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <thread>
 
 #include "core/error.h"
 #include "io/scan_reader.h"
 #include "pipeline/artifacts/artifact_keys.h"
+#include "pipeline/artifacts/output_units.h"
 #include "pipeline/output_files.h"
 
 namespace backsight {
@@ -30,8 +34,10 @@ constexpr std::uint64_t kBytesPerVoxel = 124;  // stored
 constexpr std::uint64_t kFewestPointsPerVoxel = 40;
 constexpr std::uint64_t kFewVoxels = 30'000;
 constexpr std::uint64_t kUsualVoxels = 200'000;
-constexpr std::uint64_t kLasRecordBytes = 30;
-constexpr std::uint64_t kE57RecordBytes = 8;  // of three scaled integers, at the least
+constexpr std::uint64_t kRecordBytes = 26;    // of the flat formats, without intensity and colour
+constexpr std::uint64_t kE57RecordBytes = 8;  // of three scaled integers
+constexpr std::uint64_t kThinningBytes = 96'000'000;  // stages/cloud_thinning
+constexpr rlim_t kStackBytes = 8 * 1024 * 1024;
 
 /// An existing folder on the way to `path`.
 fs::path ExistingFolder(fs::path path) {
@@ -44,7 +50,7 @@ fs::path ExistingFolder(fs::path path) {
 /// Adds up what goes to the same file system.
 class DiskNeeds {
  public:
-  void Add(const std::string& folder, std::uint64_t bytes) {
+  void Add(const std::string& folder, std::uint64_t least, std::uint64_t likely) {
     const fs::path there = ExistingFolder(folder);
     struct stat status {};
     if (::stat(there.c_str(), &status) != 0) return;
@@ -53,7 +59,8 @@ class DiskNeeds {
     if (error) return;
     DiskNeed& need = by_device_[status.st_dev];
     if (need.path.empty()) need.path = there.string();
-    need.bytes += bytes;
+    need.least += least;
+    need.likely += likely;
     need.available = space.available;
   }
   std::vector<DiskNeed> Finish() const {
@@ -66,11 +73,20 @@ class DiskNeeds {
   std::map<dev_t, DiskNeed> by_device_;
 };
 
-std::uint64_t PointsOf(const StationSpec& spec) {
+/// Points of a scan as its header has them; `sure` where empty cells of a grid are not among them.
+struct PointCount {
+  std::uint64_t points = 0;
+  bool sure = false;
+};
+
+PointCount PointsOf(const StationSpec& spec) {
   try {
-    return OpenScan(spec.scan, spec.scan_index, spec.columns)->info().point_count.value_or(0);
+    const ScanInfo info = OpenScan(spec.scan, spec.scan_index, spec.columns)->info();
+    const bool flat =
+        info.format.starts_with("LAS") || info.format == "PLY" || info.format == "PCD";
+    return {info.point_count.value_or(0), flat};
   } catch (const InputError&) {
-    return 0;  // the run will say what is wrong with it
+    return {};  // the run will say what is wrong with it
   }
 }
 
@@ -80,34 +96,50 @@ std::uint64_t StoredBytes(const ArtifactStore& store, const std::string& station
   return error ? 0 : size;
 }
 
-bool Exists(const std::string& path) {
-  std::error_code error;
-  return fs::exists(path, error);
+std::uint64_t CloudBytes(const CloudOutput& cloud, std::uint64_t points) {
+  return points * (cloud.format == CloudFormat::kE57 ? kE57RecordBytes : kRecordBytes);
 }
 
-/// Clouds that are not there yet; the thinned ones may become as small as they like.
+/// Clouds that were never written; of what is not thinned or cropped something is known.
+void AddCloud(const CloudOutput& cloud, const ArtifactStore& store, std::uint64_t sure,
+              std::uint64_t likely, DiskNeeds* disks) {
+  const bool known =
+      store.Look(OutputArtifactName(cloud.path), {}).kind != ArtifactState::Kind::kMissing;
+  if (known || cloud.thin_m > 0.0 || cloud.crop || cloud.without_moving) return;
+  // Some stations may find no place, some points lie out of range: half of the sure ones, at least.
+  disks->Add(fs::path(cloud.path).parent_path().string(), CloudBytes(cloud, sure) / 2,
+             CloudBytes(cloud, likely));
+}
+
 void AddClouds(const SurveyProject& project, const std::string& out_directory,
-               const std::vector<std::uint64_t>& points, DiskNeeds* disks) {
-  std::uint64_t all = 0;
-  for (const std::uint64_t count : points) all += count;
-  const auto bytes = [](const CloudOutput& cloud, std::uint64_t count) {
-    if (cloud.thin_m > 0.0 || cloud.crop || cloud.without_moving) return std::uint64_t{0};
-    return count * (cloud.format == CloudFormat::kE57 ? kE57RecordBytes : kLasRecordBytes);
-  };
-  for (const CloudOutput& cloud : MergedOutputs(project, out_directory)) {
-    if (!Exists(cloud.path)) {
-      disks->Add(fs::path(cloud.path).parent_path().string(), bytes(cloud, all));
-    }
+               const std::vector<PointCount>& counts, const ArtifactStore& store,
+               DiskNeeds* disks) {
+  std::uint64_t all = 0, sure = 0;
+  for (const PointCount& count : counts) {
+    all += count.points;
+    sure += count.sure ? count.points : 0;
   }
-  for (std::size_t s = 0; s < points.size() && project.outputs.stations; ++s) {
-    const CloudOutput& cloud = *project.outputs.stations;
-    const std::string path = StationCloudPath(cloud, project.stations[s].id);
-    if (!Exists(path)) disks->Add(fs::path(path).parent_path().string(), bytes(cloud, points[s]));
+  for (const CloudOutput& cloud : MergedOutputs(project, out_directory)) {
+    AddCloud(cloud, store, sure, all, disks);
+  }
+  for (std::size_t s = 0; s < counts.size() && project.outputs.stations; ++s) {
+    CloudOutput cloud = *project.outputs.stations;
+    cloud.path = StationCloudPath(cloud, project.stations[s].id);
+    AddCloud(cloud, store, counts[s].sure ? counts[s].points : 0, counts[s].points, disks);
   }
 }
 
-std::string Gigabytes(std::uint64_t bytes) {
-  return fmt::format("{:.2f} GB", static_cast<double>(bytes) / kGigabyte);
+bool ThinsAny(const SurveyProject& project, const std::string& out_directory) {
+  const std::vector<CloudOutput> merged = MergedOutputs(project, out_directory);
+  const bool stations = project.outputs.stations && project.outputs.stations->thin_m > 0.0;
+  return stations || std::any_of(merged.begin(), merged.end(),
+                                 [](const CloudOutput& cloud) { return cloud.thin_m > 0.0; });
+}
+
+std::string SizeText(std::uint64_t bytes) {
+  const auto size = static_cast<double>(bytes);
+  return size < kGigabyte ? fmt::format("{:.1f} MB", size / 1e6)
+                          : fmt::format("{:.1f} GB", size / kGigabyte);
 }
 
 /// Bytes of data this process has now.
@@ -127,40 +159,49 @@ ResourceNeeds EstimateNeeds(const SurveyProject& project, const std::string& out
                             const ArtifactStore& store) {
   ResourceNeeds needs;
   DiskNeeds disks;
-  std::vector<std::uint64_t> points;
+  std::vector<PointCount> counts;
   std::uint64_t least = 0;
   std::uint64_t likely = 0;
   std::uint64_t to_store = 0;
+  std::uint64_t likely_to_store = 0;
   for (const StationSpec& spec : project.stations) {
-    points.push_back(PointsOf(spec));
+    const PointCount& count = counts.emplace_back(PointsOf(spec));
     const std::uint64_t stored = StoredBytes(store, spec.id);
-    const std::uint64_t few = std::min(points.back() / kFewestPointsPerVoxel, kFewVoxels);
-    const std::uint64_t usual = std::min(points.back() / 2, kUsualVoxels);
+    const std::uint64_t few =
+        count.sure ? std::min(count.points / kFewestPointsPerVoxel, kFewVoxels) : 0;
+    const std::uint64_t usual = std::min(count.points / 2, kUsualVoxels);
     least += stored > 0 ? stored : few * kBytesPerVoxel;
     likely += stored > 0 ? stored : usual * kBytesPerVoxel;
     to_store += stored > 0 ? 0 : few * kBytesPerVoxel;
+    likely_to_store += stored > 0 ? 0 : usual * kBytesPerVoxel;
   }
   const std::uint64_t unknowns = 6 * project.stations.size();
-  const std::uint64_t fixed = kProgramBytes + 4 * 8 * unknowns * unknowns;
+  const std::uint64_t fixed = kProgramBytes + 4 * 8 * unknowns * unknowns +
+                              (ThinsAny(project, out_directory) ? kThinningBytes : 0);
   needs.least_memory =
       fixed + static_cast<std::uint64_t>(kMemoryPerStored * static_cast<double>(least));
   needs.likely_memory =
       fixed + static_cast<std::uint64_t>(kMemoryPerStored * static_cast<double>(likely));
   needs.physical_memory = static_cast<std::uint64_t>(::sysconf(_SC_PHYS_PAGES)) *
                           static_cast<std::uint64_t>(::sysconf(_SC_PAGE_SIZE));
-  if (store.keeps()) disks.Add(store.folder(), to_store);
-  AddClouds(project, out_directory, points, &disks);
+  if (store.keeps()) disks.Add(store.folder(), to_store, likely_to_store);
+  AddClouds(project, out_directory, counts, store, &disks);
   needs.disks = disks.Finish();
   return needs;
 }
 
 void RequireRoom(const ResourceNeeds& needs, double memory_gb, const ExecutionContext& context) {
   for (const DiskNeed& disk : needs.disks) {
-    if (disk.bytes <= disk.available) continue;
-    throw NoRoom(
-        fmt::format("{}: this run writes {} at least, {} are free; free disk space, or "
-                    "write elsewhere (--out, --work)",
-                    disk.path, Gigabytes(disk.bytes), Gigabytes(disk.available)));
+    if (disk.least > disk.available) {
+      throw NoRoom(
+          fmt::format("{}: this run writes {} at least, {} are free; free disk space, or "
+                      "write elsewhere (--out, --work)",
+                      disk.path, SizeText(disk.least), SizeText(disk.available)));
+    }
+    if (disk.likely > disk.available) {
+      context.Warning(fmt::format("{}: this run will probably write {}, {} are free", disk.path,
+                                  SizeText(disk.likely), SizeText(disk.available)));
+    }
   }
   const auto budget = static_cast<std::uint64_t>(memory_gb * kGigabyte);
   const std::uint64_t most = std::min(budget, needs.physical_memory);
@@ -169,20 +210,32 @@ void RequireRoom(const ResourceNeeds& needs, double memory_gb, const ExecutionCo
         "this run takes {} of memory at least, the budget is {} and the "
         "machine has {}; raise resources.memory_gb (--memory-gb), or "
         "registration.resolution_m",
-        Gigabytes(needs.least_memory), Gigabytes(budget), Gigabytes(needs.physical_memory)));
+        SizeText(needs.least_memory), SizeText(budget), SizeText(needs.physical_memory)));
   }
   if (needs.likely_memory > most) {
     context.Warning(fmt::format("this run will probably take {} of memory, more than the {} it may",
-                                Gigabytes(needs.likely_memory), Gigabytes(most)));
+                                SizeText(needs.likely_memory), SizeText(most)));
   }
 }
 
-bool LimitMemory(double memory_gb) {
-  const auto bytes = static_cast<std::uint64_t>(memory_gb * kGigabyte);
+void WakeThreads(const ExecutionContext& context) {
+  const int threads = context.threads();
+  std::atomic<int> awake = 0;
+  const auto patience = std::chrono::steady_clock::now() + std::chrono::milliseconds(200);
+  context.ParallelFor(static_cast<std::size_t>(threads), [&](std::size_t) {
+    ++awake;
+    while (awake < threads && std::chrono::steady_clock::now() < patience)
+      std::this_thread::yield();
+  });
+}
+
+bool LimitMemory(double memory_gb, int threads) {
+  const auto bytes =
+      static_cast<rlim_t>(memory_gb * kGigabyte) + static_cast<rlim_t>(threads) * kStackBytes;
   if (DataBytes() >= bytes) return false;  // a sanitizer reserves more than any budget
   rlimit limit{};
   if (::getrlimit(RLIMIT_DATA, &limit) != 0) return false;
-  limit.rlim_cur = std::min<rlim_t>(bytes, limit.rlim_max);
+  limit.rlim_cur = std::min(bytes, limit.rlim_max);
   return ::setrlimit(RLIMIT_DATA, &limit) == 0;
 }
 

@@ -14,7 +14,8 @@ namespace backsight {
 /// Room that a run takes on one file system.
 struct DiskNeed {
   std::string path;             ///< a folder on it
-  std::uint64_t bytes = 0;      ///< at least
+  std::uint64_t least = 0;      ///< bytes
+  std::uint64_t likely = 0;     ///< bytes
   std::uint64_t available = 0;  ///< to this user
 };
 
@@ -36,11 +37,15 @@ class NoRoom : public std::runtime_error {
 };
 
 /// Throws NoRoom where the least that a run takes is more than there is, of disk, of `memory_gb` or
-/// of the machine's memory; warns where the memory will probably not suffice.
+/// of the machine's memory; warns where what it takes probably is.
 void RequireRoom(const ResourceNeeds& needs, double memory_gb, const ExecutionContext& context);
 
-/// From now on this process gets no more than `memory_gb` (1e9 bytes) of memory for its data: what
-/// asks for more gets std::bad_alloc. False where the system does not grant such a limit.
-bool LimitMemory(double memory_gb);
+/// Has all threads of the context started, so that none needs memory for that later.
+void WakeThreads(const ExecutionContext& context);
+
+/// From now on this process gets no more than `memory_gb` (1e9 bytes) of memory for its data,
+/// besides the stacks of its threads: what asks for more gets std::bad_alloc. False where the
+/// system does not grant such a limit.
+bool LimitMemory(double memory_gb, int threads);
 
 }  // namespace backsight

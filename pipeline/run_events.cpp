@@ -88,7 +88,8 @@ int RunEvents::Interrupted(int signal) {
 void RunEvents::Failed(const std::exception& error) {
   if (log_) log_->Message(EventSink::Level::kError, error.what());
   const std::string_view what = error.what();
-  End(ExitCodeOf(error), fmt::format("Failed: {}", what.substr(0, what.find('\n'))), "");
+  End(ExitCodeOf(error), fmt::format("Failed: {}", what.substr(0, what.find('\n'))),
+      " What is finished is kept.");
 }
 
 int RunEvents::End(int exit_code, const std::string& verdict, const std::string& more) {

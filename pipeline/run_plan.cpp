@@ -4,12 +4,13 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <functional>
 #include <iterator>
+#include <map>
+#include <set>
+#include <sstream>
 
 #include "core/error.h"
-#include "core/fingerprint.h"
 #include "pipeline/artifacts/artifact_keys.h"
 #include "pipeline/artifacts/output_units.h"
 #include "pipeline/artifacts/scan_fingerprints.h"
@@ -25,7 +26,7 @@ using Kind = ArtifactState::Kind;
 /// Lines of a key that depend on results, which a plan does not know.
 bool DependsOnResults(const std::string& line) {
   return line == "motion" || line == "before" || line == "member" || line == "component" ||
-         line == "path" || line.starts_with("pair ");
+         line == "path" || line == "ground" || line.starts_with("pair ");
 }
 
 std::string Join(const std::vector<std::string>& names) {
@@ -36,6 +37,17 @@ std::string Join(const std::vector<std::string>& names) {
       names.size() > shown ? fmt::format(" and {} more", names.size() - shown) : "");
 }
 
+/// The lines of a key by their names.
+std::map<std::string, std::string> LinesOf(const std::string& text) {
+  std::map<std::string, std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) {
+    const std::size_t colon = line.find(": ");
+    if (colon != std::string::npos) lines.emplace(line.substr(0, colon), line.substr(colon + 2));
+  }
+  return lines;
+}
+
 class Planner {
  public:
   Planner(const SurveyProject& project, const SurveyOptions& options, std::uint64_t seed,
@@ -43,7 +55,9 @@ class Planner {
       : project_(project), base_{options, seed}, store_(store) {}
 
   RunPlan Make(const std::string& out_directory) {
+    stored_network_ = LinesOf(store_.Look(kNetworkName, {}).key_text);
     for (const StationSpec& spec : project_.stations) PlanStation(spec);
+    SkipRefused();
     PlanPairs();
     PlanNetwork();
     PlanOutputs(out_directory);
@@ -108,15 +122,16 @@ class Planner {
   void PlanPairs() {
     const auto usable = static_cast<int>(std::count_if(
         stations_.begin(), stations_.end(), [](const Station& s) { return s.usable(); }));
-    const bool all = IsExhaustive(usable, base_.options.pair_selection);
+    exhaustive_ = IsExhaustive(usable, base_.options.pair_selection);
     for (const Pair& pair : backsight::PlanPairs(stations_, project_.pairs)) {
       const auto s = static_cast<std::size_t>(pair.source);
       const auto t = static_cast<std::size_t>(pair.target);
+      planned_.insert(NameOf(s, t));
       for (const std::string_view method : {"full", "predicted", "thorough", "symmetries"}) {
         const std::string name =
             PairArtifactName(stations_[s].spec.id, stations_[t].spec.id, method);
-        const bool wanted = all && method == "full";
-        if (!wanted && store_.Look(name, {}).kind == Kind::kMissing) continue;
+        const bool wanted = exhaustive_ && method == "full";
+        if (!wanted && !IsUsed(name, NameOf(s, t))) continue;
         const std::string unit =
             fmt::format("pair {} {} {}", stations_[s].spec.id, stations_[t].spec.id, method);
         const ArtifactKey key = PairKey(base_, method, stations_[s], stations_[t], {}, "");
@@ -125,20 +140,46 @@ class Planner {
     }
   }
 
+  std::string NameOf(std::size_t source, std::size_t target) const {
+    return fmt::format("pair {} {}", stations_[source].spec.id, stations_[target].spec.id);
+  }
+
+  /// Whether the attempt is the one that the stored network was made from.
+  bool IsUsed(const std::string& artifact, const std::string& pair) const {
+    const auto used = stored_network_.find(pair);
+    if (used == stored_network_.end()) return false;
+    return ArtifactKey::OfText(store_.Look(artifact, {}).key_text).Digest() == used->second;
+  }
+
+  /// Stations that an earlier run could read and yet not use are not waited for.
+  void SkipRefused() {
+    for (std::size_t s = 0; s < stations_.size(); ++s) {
+      const auto stored = stored_network_.find("station " + stations_[s].spec.id);
+      const bool refused = stored != stored_network_.end() && stored->second == "unusable";
+      if (refused && plan_.stations[s].done()) stations_[s].fault = "refused by an earlier run";
+    }
+  }
+
+  /// True where the pairs of the stored network are no longer those of the project.
+  bool HasOtherPairs() const {
+    std::set<std::string> stored;
+    for (const auto& [name, value] : stored_network_) {
+      if (name.starts_with("pair ")) stored.insert(name);
+    }
+    const bool subset =
+        std::includes(planned_.begin(), planned_.end(), stored.begin(), stored.end());
+    return !subset || (exhaustive_ && stored != planned_);
+  }
+
   void PlanNetwork() {
     std::vector<std::string> causes = Undone(plan_.stations);
+    if (!stored_network_.empty() && HasOtherPairs()) causes.emplace_back("pairs");
     for (std::string& pair : Undone(plan_.pairs)) causes.push_back(std::move(pair));
     plan_.network.push_back(
         Judge("network", kNetworkName, NetworkKey(base_, stations_, {}), causes));
-    network_digest_ = DigestOfStored(kNetworkName);
+    network_digest_ = ArtifactKey::OfText(store_.Look(kNetworkName, {}).key_text).Digest();
     plan_.network.push_back(Judge("moving objects", kMovingName, MovingKey(base_, network_digest_),
                                   Undone(plan_.network)));
-  }
-
-  std::string DigestOfStored(const std::string& name) const {
-    Fingerprint fingerprint;
-    fingerprint.Add(std::string_view(store_.Look(name, {}).key_text));
-    return fingerprint.Hex();
   }
 
   void PlanOutputs(const std::string& out_directory) {
@@ -158,10 +199,9 @@ class Planner {
 
   void PlanOutput(const std::string& path, const ArtifactKey& key) {
     PlanItem item = Judge(path, OutputArtifactName(path), key, Undone(plan_.network));
-    std::error_code error;
-    if (item.done() && !std::filesystem::exists(path, error)) {
-      item.state = Kind::kMissing;
-      item.why = "the file is gone";
+    if (item.done() && !LiesAsWritten(store_, path)) {
+      item.state = Kind::kOutdated;
+      item.why = "its files are gone or not as they were written";
     }
     plan_.outputs.push_back(std::move(item));
   }
@@ -170,7 +210,10 @@ class Planner {
   KeyBase base_;
   const ArtifactStore& store_;
   ScanFingerprints scans_{store_};
-  std::vector<Station> stations_;  // of what a project says, with their digests
+  std::vector<Station> stations_;                      // of what a project says, with their digests
+  std::map<std::string, std::string> stored_network_;  // lines of its key
+  std::set<std::string> planned_;                      // "pair S2 S1"
+  bool exhaustive_ = true;
   std::string network_digest_;
   RunPlan plan_;
 };

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 
 #include "pipeline/distance_records.h"
@@ -43,7 +44,8 @@ PoseRecord MakePoseRecord(const Station& station, const Network& network,
   record.component = network.component[index];
   record.link_count = CountAccepted(links, station.spec.id);
   if (record.component < 0) {
-    record.reason = "no accepted link to any other station";
+    record.reason =
+        "no accepted link to any other station" + DescribeDoubtful(links, station.spec.id);
     return record;
   }
   record.status = StationStatus::kRegistered;
@@ -85,8 +87,10 @@ std::vector<GateRecord> JudgeGates(const GateSpec& gates, const std::vector<Pose
   std::vector<GateRecord> judged;
   for (const GeoreferenceRecord& record : georeference) {
     if (record.status != "contradictory") continue;
-    judged.push_back({"control_agrees", "control points that agree",
-                      fmt::format("variance factor {:.1f}", record.variance_factor), false});
+    judged.push_back({"control_agrees", "residuals that the sigmas explain",
+                      fmt::format("residuals of control {:.1f} times as large as its sigmas allow",
+                                  std::sqrt(record.variance_factor)),
+                      false});
   }
   if (gates.max_check_rmse_mm) {
     judged.push_back(JudgeCheckPoints(*gates.max_check_rmse_mm, georeference));
@@ -150,9 +154,10 @@ void AddWarnings(RunRecord* run) {
     if (pose.status != StationStatus::kRegistered) {
       run->warnings.push_back(fmt::format("station {}: {}", pose.station, pose.reason));
     } else if (pose.component > 0) {
-      run->warnings.push_back(
-          fmt::format("station {} is in component {}, which nothing connects with the main network",
-                      pose.station, ComponentNumber(pose.component)));
+      run->warnings.push_back(fmt::format(
+          "station {} is in component {}, which nothing connects with the main network{}",
+          pose.station, ComponentNumber(pose.component),
+          DescribeDoubtful(run->links, pose.station)));
     }
   }
   for (const LinkRecord& link : run->links) {
@@ -267,7 +272,10 @@ RunRecord SummarizeRun(const SurveyProject& project, const std::vector<Station>&
   AddWarnings(&run);
   AddPlacementWarnings(stations, network, &run);
   AddHeldOutWarnings(stations, network, &run);
-  for (std::string& warning : GroundWarnings(project, run.georeference)) {
+  for (std::string& warning : GroundWarnings(project, ground, run.georeference)) {
+    run.warnings.push_back(std::move(warning));
+  }
+  for (std::string& warning : SightingWarnings(project, stations)) {
     run.warnings.push_back(std::move(warning));
   }
   const PoseGraphResult& poses = network.solution.poses;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <atomic>
 
+#include "core/archive.h"
 #include "core/error.h"
 #include "core/fingerprint.h"
 #include "pipeline/artifacts/artifact_keys.h"
@@ -79,6 +80,18 @@ void ComputeStation(const SurveyOptions& options, const ExecutionContext& contex
   }
 }
 
+/// False, with the station as it was, where the bytes are none.
+bool Restore(const std::string& bytes, Station* station) {
+  const Station before = *station;
+  try {
+    RestoreStation(bytes, station);
+    return true;
+  } catch (const DamagedArchive&) {
+    *station = before;
+    return false;
+  }
+}
+
 /// From the store where it holds the station, otherwise from the scan.
 void LoadStation(const SurveyOptions& options, const ExecutionContext& context,
                  const ArtifactStore& store, ScanFingerprints* scans, Station* station) {
@@ -89,12 +102,9 @@ void LoadStation(const SurveyOptions& options, const ExecutionContext& context,
   const std::string name = StationArtifactName(station->spec.id);
   station->digest = key.Digest();
   std::string bytes;
-  if (store.Load(name, key, &bytes)) {
-    RestoreStation(bytes, station);
-  } else {
-    ComputeStation(options, context, station);
-    store.Store(name, key, StationBytes(*station));
-  }
+  if (store.Load(name, key, &bytes) && Restore(bytes, station)) return;
+  ComputeStation(options, context, station);
+  store.Store(name, key, StationBytes(*station));
 }
 
 void RefuseCopies(std::vector<Station>* stations) {

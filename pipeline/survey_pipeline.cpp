@@ -1,11 +1,13 @@
 #include "pipeline/survey_pipeline.h"
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <string_view>
 #include <type_traits>
 #include <utility>
 
+#include "core/archive.h"
 #include "io/run_json.h"
 #include "pipeline/artifacts/artifact_keys.h"
 #include "pipeline/artifacts/network_artifact.h"
@@ -17,9 +19,11 @@
 #include "pipeline/output_files.h"
 #include "pipeline/pair_discovery.h"
 #include "pipeline/report_pictures.h"
+#include "pipeline/resource_budget.h"
 #include "pipeline/run_outputs.h"
 #include "pipeline/run_summary.h"
 #include "pipeline/symmetry_challenge.h"
+#include "pipeline/unfinished_clouds.h"
 
 namespace backsight {
 namespace {
@@ -48,10 +52,24 @@ Result Once(const ArtifactStore& store, const char* name, const ArtifactKey& key
             std::string (*to_bytes)(const Result&), Result (*from_bytes)(std::string_view),
             Compute compute) {
   std::string bytes;
-  if (store.Load(name, key, &bytes)) return from_bytes(bytes);
+  if (store.Load(name, key, &bytes)) {
+    try {
+      return from_bytes(bytes);
+    } catch (const DamagedArchive&) {
+      bytes.clear();  // it is computed anew
+    }
+  }
   Result result = compute();
   if (store.keeps()) store.Store(name, key, to_bytes(result));
   return result;
+}
+
+/// Throws NoRoom where memory is all that keeps the stations from being used.
+void RequireMemory(const std::vector<Station>& stations) {
+  const auto count = [&](auto is) { return std::count_if(stations.begin(), stations.end(), is); };
+  if (count([](const Station& s) { return s.usable(); }) >= 2) return;
+  if (count([](const Station& s) { return s.short_of_memory; }) == 0) return;
+  throw NoRoom(std::string("stations: every station ") + kShortOfMemory);
 }
 
 }  // namespace
@@ -64,6 +82,7 @@ SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
 
   const std::vector<Station> stations = LoadStations(project.stations, options, context, store);
   for (const Station& station : stations) run.scan_fingerprints.push_back(station.scan_fingerprint);
+  RequireMemory(stations);
   clock.Finish("stations");
 
   const PairUnits units(stations, options, context, store, project.resources.pair_limit_s);
@@ -88,22 +107,21 @@ SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
            [&] { return FindMovingPoints(stations, network, options.moving_objects, context); });
   clock.Finish("moving objects");
 
-  // Poses first: whatever may happen to the large files, they are kept.
+  // Poses first: whatever may happen to the large files, they are kept. The final reports replace
+  // these.
   const SurfaceDistances distances = MeasureStationDistances(stations, network, context);
   const std::vector<PictureRecord> pictures =
       DrawReportPictures(stations, network, ground, distances);
-  WriteReports(SummarizeRun(project, stations, discovery, network, ground, moving, distances, {}),
-               pictures, project.path, out_directory);
+  const RunRecord unfinished =
+      SummarizeRun(project, stations, discovery, network, ground, moving, distances, {});
+  WriteReports(WithUnfinishedClouds(unfinished, project, out_directory), pictures, project.path,
+               out_directory);
   clock.Finish("report");
   const std::vector<WrittenCloud> earlier =
       ReadWrittenClouds((std::filesystem::path(out_directory) / "manifest.json").string());
-  const OutputSource source{options.ingest,
-                            stations,
-                            network,
-                            ground,
-                            moving,
-                            store,
-                            OutputsKey(keys, project, network_key.Digest())};
+  ArtifactKey outputs_key = OutputsKey(keys, project, network_key.Digest());
+  AddGround(stations, network, ground, &outputs_key);
+  const OutputSource source{options.ingest, stations, network, ground, moving, store, outputs_key};
   const OutputFiles clouds = WriteClouds(project, source, out_directory, context);
   const std::vector<std::string> stale =
       ClearStaleClouds(project, out_directory, earlier, clouds.files, context);

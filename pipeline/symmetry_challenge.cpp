@@ -1,5 +1,7 @@
 #include "pipeline/symmetry_challenge.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 namespace backsight {
@@ -52,23 +54,46 @@ std::vector<Motions> CollectSymmetries(const std::vector<Station>& stations,
   return symmetries;
 }
 
+/// The motions that a pair's stations make possible besides its own.
+Motions RivalsOf(const Pair& pair, const std::vector<Motions>& symmetries) {
+  Motions rivals;
+  const RigidTransform& best = pair.best()->fine.target_from_source;
+  for (const RigidTransform& turn : symmetries[static_cast<std::size_t>(pair.target)]) {
+    rivals.push_back(turn * best);
+  }
+  for (const RigidTransform& turn : symmetries[static_cast<std::size_t>(pair.source)]) {
+    rivals.push_back(best * turn);
+  }
+  return rivals;
+}
+
+/// Once more, alone; a pair that cannot be challenged is not believed.
+void ChallengeAlone(const PairUnits& units, Motions rivals, Pair* pair) {
+  if (units.Challenge(std::move(rivals), pair)) return;
+  MarkAmbiguous(&pair->candidates.front().verification);
+  pair->digest += " unchallenged";
+  units.context().Warning(fmt::format(
+      "pair {} {}: it could not be compared with what its stations' symmetries make possible, and "
+      "is doubtful therefore",
+      units.stations()[static_cast<std::size_t>(pair->source)].spec.id,
+      units.stations()[static_cast<std::size_t>(pair->target)].spec.id));
+}
+
 }  // namespace
 
 void ChallengeSymmetries(const PairUnits& units, std::vector<Pair>* pairs) {
   const std::vector<Motions> symmetries = CollectSymmetries(units.stations(), *pairs);
+  std::vector<Motions> rivals(pairs->size());
+  std::vector<char> failed(pairs->size(), 0);
   units.context().ParallelFor(pairs->size(), [&](std::size_t i) {
     Pair& pair = (*pairs)[i];
     if (!pair.accepted()) return;
-    const RigidTransform best = pair.best()->fine.target_from_source;
-    Motions rivals;
-    for (const RigidTransform& turn : symmetries[static_cast<std::size_t>(pair.target)]) {
-      rivals.push_back(turn * best);
-    }
-    for (const RigidTransform& turn : symmetries[static_cast<std::size_t>(pair.source)]) {
-      rivals.push_back(best * turn);
-    }
-    if (!rivals.empty()) units.Challenge(std::move(rivals), &pair);
+    rivals[i] = RivalsOf(pair, symmetries);
+    if (!rivals[i].empty() && !units.Challenge(rivals[i], &pair)) failed[i] = 1;
   });
+  for (std::size_t i = 0; i < pairs->size(); ++i) {
+    if (failed[i] != 0) ChallengeAlone(units, std::move(rivals[i]), &(*pairs)[i]);
+  }
 }
 
 }  // namespace backsight

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <numbers>
+#include <string>
 
 #include "core/angular_step.h"
 #include "core/error.h"
@@ -71,6 +73,45 @@ double PixelDegrees(double step_rad, const IngestOptions& options) {
   return std::clamp(step_deg, options.range_image_deg, kWidestPixelDegrees);
 }
 
+/// Points beyond the range limits.
+struct OutOfRange {
+  std::uint64_t nearer = 0;
+  std::uint64_t farther = 0;
+  double nearest_m = std::numeric_limits<double>::infinity();  // of those that are farther
+  double farthest_m = 0.0;
+
+  void AddFarther(double range_m) {
+    ++farther;
+    nearest_m = std::min(nearest_m, range_m);
+    farthest_m = std::max(farthest_m, range_m);
+  }
+  std::string Describe(const IngestOptions& options) const {
+    std::string text;
+    if (nearer > 0) {
+      text += fmt::format("; {} are nearer than min_range_m, {:g} m", nearer, options.min_range_m);
+    }
+    if (farther > 0) {
+      text += fmt::format("; {} are farther than max_range_m, {:g} m, at {:.0f} to {:.0f} m",
+                          farther, options.max_range_m, nearest_m, farthest_m);
+    }
+    return text;
+  }
+};
+
+InputError TooFewLeaves(const IngestResult& result, const OutOfRange& out, std::size_t fewest,
+                        const std::string& path, bool origin_given, const IngestOptions& options) {
+  const bool elsewhere = !origin_given && out.farther > out.nearer;
+  return InputError(
+      {path,
+       fmt::format("only {} of {} records are usable points, in {} voxels of {} m{}",
+                   result.model.points, result.tally.records, result.model.leaves.size(),
+                   options.resolution_m, out.Describe(options)),
+       fmt::format("at least {} occupied voxels", fewest),
+       elsewhere ? "give scanner_origin_m if the scan is not in its scanner's frame, as in map "
+                   "coordinates, and check that it counts in metres"
+                 : "check the file, its units (metres) and the range limits"});
+}
+
 /// From station to instrument coordinates; the range image is made of the latter.
 void MoveToInstrument(double pixel_deg, StationModel* model) {
   model->lattice.origin -= model->scanner_origin;
@@ -98,6 +139,7 @@ IngestResult IngestScan(const std::string& station_id, ScanReader& reader,
   IngestResult result;
   std::optional<Pass> pass;
   PointChunk chunk;
+  OutOfRange out;
   const Eigen::Vector3d origin = scanner_origin.value_or(Eigen::Vector3d::Zero());
   while (reader.Next(chunk)) {
     context.CheckStop();
@@ -107,14 +149,17 @@ IngestResult IngestScan(const std::string& station_id, ScanReader& reader,
     for (std::size_t i = 0; i < chunk.size(); ++i) {
       const Eigen::Vector3d point(chunk.x[i], chunk.y[i], chunk.z[i]);
       const double range = (point - origin).norm();
-      if (range < options.min_range_m || range > options.max_range_m) {
-        ++result.out_of_range;
+      if (range < options.min_range_m) {
+        ++out.nearer;
+      } else if (range > options.max_range_m) {
+        out.AddFarther(range);
       } else {
         pass->Add(point);
       }
     }
   }
   result.tally = reader.tally();
+  result.out_of_range = out.nearer + out.farther;
   if (pass) result.model = pass->Finish();
   result.model.id = station_id;
   if (pass && pass->outside() > 0) {
@@ -124,14 +169,8 @@ IngestResult IngestScan(const std::string& station_id, ScanReader& reader,
   }
   constexpr std::size_t kFewestLeaves = 100;
   if (result.model.leaves.size() < kFewestLeaves) {
-    throw InputError({reader.info().path,
-                      fmt::format("only {} of {} records are usable points, in {} voxels of {} m",
-                                  result.model.points, result.tally.records,
-                                  result.model.leaves.size(), options.resolution_m),
-                      fmt::format("at least {} occupied voxels", kFewestLeaves),
-                      scanner_origin || result.out_of_range == 0
-                          ? "check the file, its units (metres) and the range limits"
-                          : "if the scan is not in its scanner's frame, give scanner_origin_m"});
+    throw TooFewLeaves(result, out, kFewestLeaves, reader.info().path, scanner_origin.has_value(),
+                       options);
   }
 
   result.model.scanner_origin = scanner_origin.value_or(Eigen::Vector3d::Zero());

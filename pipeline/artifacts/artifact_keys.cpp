@@ -6,6 +6,7 @@
 
 #include "core/archive.h"
 #include "core/fingerprint.h"
+#include "pipeline/artifacts/program_digest.h"
 
 namespace backsight {
 
@@ -65,10 +66,7 @@ void AddStations(const std::vector<Station>& stations, ArtifactKey* key) {
 
 }  // namespace
 
-const std::string& ProgramDigest() {
-  static const std::string digest = FingerprintFile("/proc/self/exe");
-  return digest;
-}
+std::string DigestOf(const CropBox& box) { return DigestOf(ToBytes(std::pair(box.min, box.max))); }
 
 std::string DigestOf(const std::vector<RigidTransform>& motions) {
   return DigestOf(ToBytes(motions));
@@ -144,6 +142,23 @@ ArtifactKey OutputsKey(const KeyBase& base, const SurveyProject& project,
     key.Add("control " + point.id, DigestOf(ToBytes(point)));
   }
   return key;
+}
+
+void AddGround(const std::vector<Station>& stations, const Network& network,
+               const GeoreferencedNetwork& ground, ArtifactKey* key) {
+  ArchiveWriter places;
+  std::string wkt = ground.frame ? ground.frame->wkt() : "";
+  places(wkt);
+  for (std::size_t s = 0; s < stations.size(); ++s) {
+    std::optional<RigidTransform> pose = ground.enu_from_station[s];
+    places(pose);
+    if (!pose || network.component[s] < 0) continue;
+    double scale = ground.ScaleOf(network.component[s]);
+    Eigen::Vector3d low = ground.OutputFromEnu(*pose * stations[s].model.min);
+    Eigen::Vector3d high = ground.OutputFromEnu(*pose * stations[s].model.max);
+    places(scale, low, high);
+  }
+  key->Add("ground", DigestOf(places.Take()));
 }
 
 std::string PairArtifactName(const std::string& source, const std::string& target,

@@ -6,6 +6,7 @@
 
 #include "io/artifact_store.h"
 #include "io/survey_project.h"
+#include "pipeline/georeference_network.h"
 #include "pipeline/pair_pipeline.h"
 #include "pipeline/survey_options.h"
 
@@ -16,9 +17,6 @@ struct KeyBase {
   const SurveyOptions& options;
   std::uint64_t seed = 0;
 };
-
-/// Fingerprint of the program that runs, so that no result outlives the code that made it.
-const std::string& ProgramDigest();
 
 /// Stage, program, seed, and the named sections of the options (SurveyOptions).
 ArtifactKey StageKey(const KeyBase& base, std::string_view stage,
@@ -45,9 +43,18 @@ ArtifactKey NetworkKey(const KeyBase& base, const std::vector<Station>& stations
 /// Of what moved in a network.
 ArtifactKey MovingKey(const KeyBase& base, const std::string& network_digest);
 
-/// What all clouds and maps of a project depend on.
+/// What all clouds and maps of a project depend on, but for where georeferencing puts the stations
+/// (AddGround).
 ArtifactKey OutputsKey(const KeyBase& base, const SurveyProject& project,
                        const std::string& network_digest);
+
+/// Adds the places of the stations in the outputs, which depend on what the machine knows of
+/// reference systems too, as the line `ground`.
+void AddGround(const std::vector<Station>& stations, const Network& network,
+               const GeoreferencedNetwork& ground, ArtifactKey* key);
+
+/// Exact digest of a box.
+std::string DigestOf(const CropBox& box);
 
 /// "pairs/S2__S1/full": where an attempt is stored.
 std::string PairArtifactName(const std::string& source, const std::string& target,

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <optional>
 
 #include "core/archive.h"
 #include "core/fingerprint.h"
@@ -65,6 +66,19 @@ void MoveTo(const std::string& path, std::vector<OutputRecord>* files) {
   }
 }
 
+std::optional<Receipt> LoadReceipt(const ArtifactStore& store, const std::string& name,
+                                   const ArtifactKey& key, const std::string& path) {
+  std::string bytes;
+  if (!store.Load(name, key, &bytes)) return std::nullopt;
+  try {
+    auto receipt = FromBytes<Receipt>(bytes);
+    MoveTo(path, &receipt.output.files);
+    return receipt;
+  } catch (const DamagedArchive&) {
+    return std::nullopt;
+  }
+}
+
 std::string Absolute(const std::string& path) {
   return fs::absolute(path).lexically_normal().string();
 }
@@ -74,8 +88,15 @@ std::string Absolute(const std::string& path) {
 std::string OutputArtifactName(const std::string& path) {
   Fingerprint fingerprint;
   fingerprint.Add(std::string_view(Absolute(path)));
-  return fmt::format("outputs/{}-{:08x}", fs::path(path).filename().string(),
+  return fmt::format("outputs/{:.100}-{:08x}", fs::path(path).filename().string(),
                      fingerprint.Value64() & 0xFFFFFFFFU);
+}
+
+bool LiesAsWritten(const ArtifactStore& store, const std::string& path) {
+  const std::string name = OutputArtifactName(path);
+  const ArtifactKey stored = ArtifactKey::OfText(store.Look(name, {}).key_text);
+  const std::optional<Receipt> receipt = LoadReceipt(store, name, stored, path);
+  return receipt && LiesThere(*receipt);
 }
 
 OutputFiles WriteOnce(const ArtifactStore& store, const std::string& path, ArtifactKey key,
@@ -83,11 +104,8 @@ OutputFiles WriteOnce(const ArtifactStore& store, const std::string& path, Artif
   if (!store.keeps()) return write();
   key.Add("path", Absolute(path));
   const std::string name = OutputArtifactName(path);
-  std::string bytes;
-  if (store.Load(name, key, &bytes)) {
-    Receipt earlier = FromBytes<Receipt>(bytes);
-    MoveTo(path, &earlier.output.files);
-    if (LiesThere(earlier)) return std::move(earlier.output);
+  if (std::optional<Receipt> earlier = LoadReceipt(store, name, key, path)) {
+    if (LiesThere(*earlier)) return std::move(earlier->output);
     context.Info(path + " is not as it was written; it is written anew");
   }
   store.Remove(name);  // whatever lies there from now on was not written from the old key

@@ -14,6 +14,9 @@ namespace backsight {
 OutputFiles WriteOnce(const ArtifactStore& store, const std::string& path, ArtifactKey key,
                       const ExecutionContext& context, const std::function<OutputFiles()>& write);
 
+/// Whether all files of an output lie there as WriteOnce knows them, whatever they were made from.
+bool LiesAsWritten(const ArtifactStore& store, const std::string& path);
+
 /// Where WriteOnce keeps what it knows of an output, and under what key.
 std::string OutputArtifactName(const std::string& path);
 

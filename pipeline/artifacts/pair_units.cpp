@@ -1,5 +1,7 @@
 #include "pipeline/artifacts/pair_units.h"
 
+#include <new>
+
 #include "core/archive.h"
 #include "pipeline/artifacts/pair_artifact.h"
 
@@ -53,19 +55,25 @@ void PairUnits::Register(PairMethod method, const std::optional<RigidTransform>&
       pair);
 }
 
-void PairUnits::Challenge(std::vector<RigidTransform> motions, Pair* pair) const {
+bool PairUnits::Challenge(std::vector<RigidTransform> motions, Pair* pair) const {
   const PairAttempt attempt{"symmetries", std::move(motions)};
-  Run(
+  Pair challenged = *pair;
+  const bool whole = Run(
       attempt,
       [&](const ExecutionContext& context, Pair* result) {
-        bool whole = true;
         for (const RigidTransform& motion : attempt.motions) {
           if (!result->accepted()) break;
-          whole = AddMotion(stations_, options_, context, motion, result) && whole;
+          if (!AddMotion(stations_, options_, context, motion, result)) return false;
         }
-        return whole;
+        return true;
       },
-      pair);
+      &challenged);
+  if (whole) {
+    *pair = std::move(challenged);
+  } else {
+    pair->short_of_memory = challenged.short_of_memory;
+  }
+  return whole;
 }
 
 ArtifactKey PairUnits::KeyOf(const PairAttempt& attempt, const Pair& pair) const {
@@ -83,21 +91,40 @@ bool PairUnits::Restore(const PairAttempt& attempt, Pair* pair) const {
   const ArtifactKey key = KeyOf(attempt, *pair);
   std::string bytes;
   if (!store_.Load(NameOf(attempt, *pair), key, &bytes)) return false;
-  RestorePair(bytes, pair);
+  try {
+    RestorePair(bytes, pair);
+  } catch (const DamagedArchive&) {
+    return false;
+  }
   pair->digest = key.Digest();
   return true;
 }
 
-void PairUnits::Run(const PairAttempt& attempt, const Compute& compute, Pair* pair) const {
-  if (!store_.keeps()) {
-    compute(context_.WithTimeLimit(limit_s_), pair);
-    return;
-  }
-  if (Restore(attempt, pair)) return;
+bool PairUnits::Run(const PairAttempt& attempt, const Compute& compute, Pair* pair) const {
+  // What follows a fault depends on more than a key says.
+  if (!store_.keeps() || !pair->fault.empty()) return ComputeGuarded(compute, pair);
+  if (Restore(attempt, pair)) return true;
   const ArtifactKey key = KeyOf(attempt, *pair);
-  if (!compute(context_.WithTimeLimit(limit_s_), pair)) return;
+  if (!ComputeGuarded(compute, pair)) return false;
   store_.Store(NameOf(attempt, *pair), key, PairBytes(*pair));
   pair->digest = key.Digest();
+  return true;
+}
+
+/// A pair that memory did not suffice for is as it was, but for `short_of_memory`.
+bool PairUnits::ComputeGuarded(const Compute& compute, Pair* pair) const {
+  try {
+    const Pair before = *pair;
+    const bool whole = compute(context_.WithTimeLimit(limit_s_), pair);
+    if (pair->short_of_memory) {
+      *pair = before;
+      pair->short_of_memory = true;
+    }
+    return whole;
+  } catch (const std::bad_alloc&) {
+    pair->short_of_memory = true;
+    return false;
+  }
 }
 
 }  // namespace backsight

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -37,8 +38,9 @@ class PairUnits {
   /// The same if the store holds the result; false, and nothing done, where it does not.
   bool Replay(PairMethod method, const std::optional<RigidTransform>& predicted, Pair* pair) const;
 
-  /// Has an accepted pair compete with the motions, until one makes it doubtful.
-  void Challenge(std::vector<RigidTransform> motions, Pair* pair) const;
+  /// Has an accepted pair compete with the motions, until one makes it doubtful. False where that
+  /// failed; the pair is as it was then, but for `short_of_memory`.
+  bool Challenge(std::vector<RigidTransform> motions, Pair* pair) const;
 
   const std::vector<Station>& stations() const { return stations_; }
   const SurveyOptions& options() const { return options_; }
@@ -51,7 +53,8 @@ class PairUnits {
   ArtifactKey KeyOf(const PairAttempt& attempt, const Pair& pair) const;
   std::string NameOf(const PairAttempt& attempt, const Pair& pair) const;
   bool Restore(const PairAttempt& attempt, Pair* pair) const;
-  void Run(const PairAttempt& attempt, const Compute& compute, Pair* pair) const;
+  bool Run(const PairAttempt& attempt, const Compute& compute, Pair* pair) const;
+  bool ComputeGuarded(const Compute& compute, Pair* pair) const;
 
   const std::vector<Station>& stations_;
   const SurveyOptions& options_;

@@ -26,7 +26,7 @@ ArtifactKey KeyOf(const std::string& path) {
 std::string NameOf(const std::string& path) {
   Fingerprint fingerprint;
   fingerprint.Add(std::string_view(path));
-  return fmt::format("scans/{}-{:08x}", std::filesystem::path(path).filename().string(),
+  return fmt::format("scans/{:.100}-{:08x}", std::filesystem::path(path).filename().string(),
                      fingerprint.Value64() & 0xFFFFFFFFU);
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numbers>
+#include <set>
 
 #include "core/error.h"
 #include "io/pose_files.h"
@@ -66,6 +67,26 @@ std::vector<PairError> CompareWithTruth(const std::vector<PoseRecord>& poses,
   return errors;
 }
 
+void RequireCommonStation(const EvaluateArguments& arguments, const std::vector<PoseRecord>& poses,
+                          const RelativePoses& truth) {
+  std::set<std::string> known;
+  for (const auto& [pair, motion] : truth) {
+    known.insert(pair.first);
+    known.insert(pair.second);
+  }
+  if (std::any_of(poses.begin(), poses.end(),
+                  [&](const PoseRecord& pose) { return known.contains(pose.station); })) {
+    return;
+  }
+  throw InputError(
+      {arguments.poses,
+       poses.empty()
+           ? "no station"
+           : fmt::format("no station of the truth, but {} and so on", poses.front().station),
+       fmt::format("stations called as in {}: {} and so on", arguments.truth, *known.begin()),
+       "compare a run with the truth of its own campaign"});
+}
+
 }  // namespace
 
 int EvaluateCommand(const EvaluateArguments& arguments) {
@@ -74,7 +95,9 @@ int EvaluateCommand(const EvaluateArguments& arguments) {
     throw InputError(
         {arguments.truth, "no pair of poses", "the truth of at least two stations", ""});
   }
-  const std::vector<PairError> errors = CompareWithTruth(ReadPoseRecords(arguments.poses), truth);
+  const std::vector<PoseRecord> poses = ReadPoseRecords(arguments.poses);
+  RequireCommonStation(arguments, poses, truth);
+  const std::vector<PairError> errors = CompareWithTruth(poses, truth);
   std::size_t successes = 0;
   double re_sum = 0.0, te_sum = 0.0, te_max = 0.0;
   fmt::print("{:<24} {:>10} {:>10}\n", "pair", "RE_deg", "TE_mm");

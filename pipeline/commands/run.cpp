@@ -4,6 +4,9 @@
 
 #include <chrono>
 #include <filesystem>
+#include <functional>
+#include <new>
+#include <optional>
 
 #include "core/error.h"
 #include "core/fingerprint.h"
@@ -11,9 +14,10 @@
 #include "io/atomic_file.h"
 #include "io/folder_lock.h"
 #include "io/run_json.h"
+#include "pipeline/checked_project.h"
 #include "pipeline/commands/commands.h"
 #include "pipeline/commands/run_on_slurm.h"
-#include "pipeline/georeference_network.h"
+#include "pipeline/control_frame.h"
 #include "pipeline/output_files.h"
 #include "pipeline/progress_file.h"
 #include "pipeline/resource_budget.h"
@@ -92,12 +96,25 @@ int ThreadsOf(const RunArguments& arguments, const SurveyProject& project) {
   return arguments.threads >= 0 ? arguments.threads : project.resources.threads;
 }
 
+/// Where memory runs out outside a station or a pair, says when, and what to do.
+SurveyRun RunWithin(double memory_gb, const std::string& work,
+                    const std::function<SurveyRun()>& run) {
+  try {
+    return run();
+  } catch (const std::bad_alloc&) {
+    const auto progress = ReadProgress(work);
+    throw NoRoom(
+        fmt::format("{}: the budget of {:g} GB of memory is used up; raise "
+                    "resources.memory_gb (--memory-gb)",
+                    progress ? progress->stage : "start", memory_gb));
+  }
+}
+
 int RunProject(const RunArguments& arguments, const std::stop_token& stop, RunEvents* events) {
   const Clock::time_point start = Clock::now();
   SurveyOptions options;
-  const SurveyProject project =
-      ReadSurveyProject(arguments.folders.project, OptionSections(options));
-  const auto frame = MakeControlFrame(project);  // refuses what no network could mend
+  const SurveyProject project = ReadCheckedProject(arguments.folders.project, &options);
+  const auto frame = MakeControlFrame(project);
 
   const std::string out = arguments.folders.OutDirectory();
   const std::string work = arguments.folders.WorkDirectory();
@@ -105,7 +122,8 @@ int RunProject(const RunArguments& arguments, const std::stop_token& stop, RunEv
   if (arguments.final_job) AwaitSubmission(work);
   const FolderLock lock(work);
   RequireNoJobs(work, arguments.force);
-  MakeDirectories(out);
+  std::optional<FolderLock> out_lock;  // another work folder may lead to the same results
+  if (!fs::exists(out) || !fs::equivalent(out, work)) out_lock.emplace(out);
   RemoveTemporaries(project, out, work);
 
   ProgressFile progress(work);
@@ -115,8 +133,12 @@ int RunProject(const RunArguments& arguments, const std::stop_token& stop, RunEv
   const ArtifactStore store(work, [&](const std::string& what) { context.Warning(what); });
   const double memory_gb = arguments.memory_gb.value_or(project.resources.memory_gb);
   RequireRoom(EstimateNeeds(project, out, store), memory_gb, context);
-  LimitMemory(memory_gb);
-  const SurveyRun run = RunSurvey(project, options, frame, out, context, store);
+  WakeThreads(context);
+  if (!LimitMemory(memory_gb, context.threads())) {
+    context.Warning("the system does not limit this process's memory; it takes what it needs");
+  }
+  const SurveyRun run = RunWithin(
+      memory_gb, work, [&] { return RunSurvey(project, options, frame, out, context, store); });
   WriteManifest(project, options, run, start, context.threads(), out);
   return events->Finished(run.record.exit_code, run.record.verdict,
                           (fs::path(out) / "report.html").string());

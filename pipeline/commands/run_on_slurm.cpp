@@ -9,7 +9,7 @@
 #include "core/error.h"
 #include "io/artifact_store.h"
 #include "io/folder_lock.h"
-#include "pipeline/georeference_network.h"
+#include "pipeline/checked_project.h"
 #include "pipeline/output_files.h"
 #include "pipeline/pair_shards.h"
 #include "pipeline/resource_budget.h"
@@ -83,9 +83,7 @@ int Follow(const SlurmJobs& jobs, const std::string& work, const std::function<R
 
 int RunOnSlurm(const RunArguments& arguments, const std::stop_token& stop, RunEvents* events) {
   SurveyOptions options;
-  const SurveyProject project =
-      ReadSurveyProject(arguments.folders.project, OptionSections(options));
-  MakeControlFrame(project);  // refuses what no network could mend
+  const SurveyProject project = ReadCheckedProject(arguments.folders.project, &options);
   const ExecutionContext context(1, kRunSeed, events->sink(), stop);
   const SlurmJobs jobs = Submit(arguments, project, options, context);
   if (!arguments.wait) {

@@ -7,6 +7,7 @@
 #include "io/artifact_store.h"
 #include "io/folder_lock.h"
 #include "io/run_json.h"
+#include "pipeline/checked_project.h"
 #include "pipeline/commands/commands.h"
 #include "pipeline/output_files.h"
 #include "pipeline/progress_file.h"
@@ -27,7 +28,7 @@ struct OpenedProject {
 
 OpenedProject Open(const RunFolders& folders) {
   OpenedProject opened;
-  opened.project = ReadSurveyProject(folders.project, OptionSections(opened.options));
+  opened.project = ReadCheckedProject(folders.project, &opened.options);
   opened.out = folders.OutDirectory();
   opened.work = folders.WorkDirectory();
   return opened;

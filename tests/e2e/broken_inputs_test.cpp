@@ -60,6 +60,27 @@ TEST_F(BrokenInputs, MissingScanIsNamedBeforeAnythingIsComputed) {
   EXPECT_THAT(run.err, HasSubstr("p.yaml:"));
 }
 
+TEST_F(BrokenInputs, ReportOfARunThatCouldNotWriteItsCloudDoesNotSayComplete) {
+  // No folder can be made below a file; a full disk ends the same way.
+  WriteBytes(*folder_ / "file", "");
+  const std::string project = *folder_ / "p.yaml";
+  const auto run_with = [&](const std::string& path) {
+    WriteBytes(
+        project,
+        ProjectText(good_, "outputs: {map: none, merged: [{format: las, path: " + path + "}]}\n"));
+    return RunProgram(fmt::format("run '{}'", project)).exit_code;
+  };
+  EXPECT_NE(run_with("file/cloud.las"), 0);
+  const std::string unfinished = ReadBytes(*folder_ / "out/report.json");
+  EXPECT_THAT(unfinished, HasSubstr("\"verdict\": \"Not finished: "));
+  EXPECT_THAT(unfinished, HasSubstr("\"exit_code\": 3"));
+  EXPECT_THAT(unfinished, HasSubstr("file/cloud.las: still to be written"));
+  EXPECT_THAT(ReadBytes(*folder_ / "out/report.html"), HasSubstr("Not finished: "));
+  EXPECT_EQ(ReadPoses(*folder_ / "out/poses.csv").size(), good_.size());
+  EXPECT_EQ(run_with("cloud.las"), 0);
+  EXPECT_THAT(ReadBytes(*folder_ / "out/report.json"), HasSubstr("\"verdict\": \"Complete: "));
+}
+
 TEST_F(BrokenInputs, EmptyScanCostsItsStation) {
   WriteBytes(*folder_ / "scans/empty.ptx", "");
   ExpectOnlyBadIsLost(RunWith("scans/empty.ptx"), "empty.ptx");

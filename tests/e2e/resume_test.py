@@ -45,7 +45,7 @@ def outputs_of(folder):
     """Every file of out/ by its relative path, but for the manifest, which holds times."""
     out = folder / "out"
     return sorted(str(path.relative_to(out)) for path in out.rglob("*")
-                  if path.is_file() and path.name != "manifest.json")
+                  if path.is_file() and path.name not in ("manifest.json", "run.lock"))
 
 
 def artifacts_of(folder):
@@ -199,6 +199,15 @@ class Resume(unittest.TestCase):
         for name in self.redone():
             self.assertRegex(name, r"work/outputs/")
 
+    def test_excluded_pair_costs_the_network(self):
+        self.project.write_text(self.text + "pairs: {exclude: [[S1, S2]]}\n")
+        self.assertRegex(self.dry_run(), r"network: outdated \(pairs\)")
+        self.run_whole()
+        self.assertIn("work/network/network.artifact", self.redone())
+        for name in self.redone():
+            self.assertRegex(name, r"network/|outputs/|symmetries")
+        self.assertIn("everything is up to date", self.dry_run())
+
     def test_damaged_artifacts_are_found_and_made_anew(self):
         dice = random.Random(5)
         damaged = sorted(name for name in self.before if not name.startswith("work/scans/"))
@@ -222,7 +231,8 @@ class Resume(unittest.TestCase):
         cloud = self.folder / "out" / "merged.las"
         cloud.write_bytes(cloud.read_bytes()[:-30])
         (self.folder / "out" / "registered" / "S2.e57").unlink()
-        self.assertRegex(self.dry_run(), r"S2\.e57: missing")
+        self.assertRegex(self.dry_run(), r"S2\.e57: outdated \(its files are gone")
+        self.assertRegex(self.dry_run(), r"merged\.las: outdated \(its files are gone")
         self.run_whole()
         self.expect_reference()
         self.assertEqual(len(self.redone()), 2)

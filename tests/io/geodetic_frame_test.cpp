@@ -39,6 +39,28 @@ std::string Refusal(const std::string& horizontal, const std::string& vertical) 
   return "";
 }
 
+TEST(GeodeticFrame, KnowsWhereItsSystemIsUsed) {
+  const auto fault = [](const std::string& name, double easting, double northing) {
+    const auto found = GeodeticFrame(name, "", "survey.yaml:3").FaultOf({easting, northing, 520.0});
+    return found ? found->found + "; " + found->expected + "; " + found->remedy : std::string();
+  };
+  EXPECT_EQ(fault("EPSG:25832", 690000.0, 5336000.0), "");
+  // Two degrees beyond the zone, where surveys still use it.
+  EXPECT_EQ(fault("EPSG:25832", 870000.0, 5336000.0), "");
+  EXPECT_EQ(fault("EPSG:31468", 4468000.0, 5336000.0), "");
+  const std::string swapped = fault("EPSG:25832", 5336000.0, 690000.0);
+  EXPECT_THAT(swapped, HasSubstr("easting 5336000.000, northing 690000.000"));
+  EXPECT_THAT(swapped, HasSubstr("longitude 6.0 to 12.0"));
+  EXPECT_THAT(swapped, HasSubstr("easting and northing swapped?"));
+  const std::string unprefixed = fault("EPSG:31468", 690000.0, 5336000.0);
+  EXPECT_THAT(unprefixed, HasSubstr("which is latitude"));
+  EXPECT_THAT(unprefixed, HasSubstr("prefix of its zone"));
+  EXPECT_THAT(unprefixed, Not(HasSubstr("swapped")));
+  // Across the antimeridian: NZGD2000 / Chatham Islands TM 2000.
+  EXPECT_EQ(fault("EPSG:3793", 3500000.0, 5100000.0), "");
+  EXPECT_NE(fault("EPSG:3793", 100000.0, 100000.0), "");
+}
+
 TEST(GeodeticFrame, RoundTripsMoveNothing) {
   const GeodeticFrame frame = Utm32();
   Random random(1);

@@ -221,7 +221,6 @@ gates: {require_all_stations: 1}
         "survey.yaml:11: stations[7].levelled: found 'yes'",
         "write true",
         "survey.yaml:13: stations[8].prior.sigma_m: found '-1'",
-        "survey.yaml:15: pairs.include[0][1]: found 'S44'; expected the id of a station",
         "survey.yaml:16: pairs.exclude[0]: found [S4, S4]; expected two different stations",
         "survey.yaml:18: registration.resolution_m: found '7'",
         "survey.yaml:21: outputs.merged[0].format: found 'laz'",
@@ -230,7 +229,7 @@ gates: {require_all_stations: 1}
         "survey.yaml:23: gates.require_all_stations: found '1'"}) {
     EXPECT_THAT(complaint, HasSubstr(part));
   }
-  EXPECT_THAT(complaint, HasSubstr("16 mistakes"));
+  EXPECT_THAT(complaint, HasSubstr("15 mistakes"));
 }
 
 TEST_F(SurveyProjectTest, NamesEveryKindOfMistake) {
@@ -312,6 +311,55 @@ TEST_F(SurveyProjectTest, NamesEveryKindOfMistake) {
     EXPECT_THAT(complaint, HasSubstr("1 mistake\n")) << text;
   }
   EXPECT_THROW(ReadSurveyProject("no/such.yaml", {}), InputError);
+}
+
+TEST_F(SurveyProjectTest, OneStationIdTwiceIsOneMistake) {
+  const std::string complaint = Complaint(
+      "schema_version: 1\nstations:\n  - {id: S1, scan: scans/S1.ptx}\n  - {id: S1, scan: "
+      "scans/S2.ptx}\npairs: {include: [[S1, S2]]}\ncontrol: [{id: P, crs: [1, 2, 3], sigma_m: "
+      "[1, 1, 1], role: check, measured: [{station: S2, xyz: [1, 2, 3]}]}]\noutputs: {stations: "
+      "{format: las, path: a/}}\n");
+  EXPECT_THAT(complaint, HasSubstr("survey.yaml:4: stations[1].id: found 'S1'"));
+  EXPECT_THAT(complaint, HasSubstr("1 mistake\n"));
+}
+
+TEST_F(SurveyProjectTest, AsksForFaultsBeyondItsForm) {
+  WholeParts seen;
+  const auto complaint = [&](const std::string& text, const ProjectFault& fault) {
+    std::ofstream(folder_ / "survey.yaml", std::ios::binary) << text;
+    try {
+      ReadSurveyProject((folder_ / "survey.yaml").string(), options_.Sections(),
+                        [&](const SurveyProject&, const WholeParts& whole) {
+                          seen = whole;
+                          return std::vector<ProjectFault>{fault};
+                        });
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  const std::string text =
+      "schema_version: 1\nstations:\n  - {id: S1, scan: scans/S1.ptx}\n  - {id: S2, scan: "
+      "scans/S2.ptx}\ncrs: {horizontal: EPSG:25832}\ncontrol:\n  - {id: P, crs: [1, 2, 3], "
+      "sigma_m: [1, 1, 1],\n     role: check, measured: [{station: S1, xyz: [1, 2, 3]}]}\n";
+  using enum ProjectFault::Place;
+  EXPECT_THAT(complaint(text, {kCrs, 0, 0, "a", "b", "c"}),
+              HasSubstr("survey.yaml:5: crs: found a; expected b; c"));
+  EXPECT_TRUE(seen.stations && seen.crs && seen.control);
+  EXPECT_THAT(complaint(text, {kControl, 0, 0, "a", "b", ""}),
+              HasSubstr("survey.yaml:6: control:"));
+  EXPECT_THAT(complaint(text, {kPoint, 0, 0, "a", "b", ""}),
+              HasSubstr("survey.yaml:7: control[0].crs:"));
+  EXPECT_THAT(complaint(text, {kSighting, 0, 0, "a", "b", ""}),
+              HasSubstr("survey.yaml:8: control[0].measured[0].xyz:"));
+  const std::string faulty =
+      complaint(text + "gates: {require_all_stations: 1}\n", {kCrs, 0, 0, "a", "b", ""});
+  EXPECT_THAT(faulty, HasSubstr("2 mistakes"));
+  EXPECT_TRUE(seen.stations && seen.crs && seen.control);
+  std::string wrong = text;
+  wrong.replace(wrong.find("EPSG:25832"), 10, "25832");
+  complaint(wrong, {kControl, 0, 0, "a", "b", ""});
+  EXPECT_TRUE(seen.stations && !seen.crs && seen.control);
 }
 
 TEST_F(SurveyProjectTest, NoTwoOutputsMayMeet) {

@@ -6,6 +6,7 @@ namespace backsight {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 std::string Repeat(const std::string& line, int n) {
   std::string text;
@@ -75,6 +76,78 @@ TEST(XyzReader, GoesByNamesWhereThereAreAny) {
   EXPECT_EQ(scan.points.rgb.at(0), (std::array<std::uint16_t, 3>{65535, 0, 32768}));
   const auto comment = ReadWhole(dir.File("b.asc", "//Z Y X\n1 2 3\n"));
   EXPECT_EQ(comment.points.x, std::vector<double>{3});
+}
+
+TEST(XyzReader, UnderstandsTheNamesOfSurveyors) {
+  const TempDir dir;
+  for (const std::string header :
+       {"Northing,Easting,Height", "N;E;H", "Hochwert Rechtswert Hoehe", "hw,rw,H\xC3\x96HE",
+        "nord,ost,alt", "Northing [m],Easting [m],Elevation [m]", "# north east elev",
+        "// Y X ALTITUDE", "# Northing,Easting,Height\n# made by hand"}) {
+    const auto scan = ReadWhole(dir.File("a.csv", header + "\n1,2,3\n4,5,6\n"));
+    EXPECT_EQ(scan.points.x, (std::vector<double>{2, 5})) << header;
+    EXPECT_EQ(scan.points.y, (std::vector<double>{1, 4})) << header;
+    EXPECT_EQ(scan.points.z, (std::vector<double>{3, 6})) << header;
+    EXPECT_THAT(scan.info.notes.back(), HasSubstr("y x z, by the names in line 1")) << header;
+  }
+  const auto named =
+      ReadWhole(dir.File("a.pts", "Code Northing Easting Height I\n1\n17 1 2 3 0.5\n"));
+  EXPECT_EQ(named.points.x, std::vector<double>{2});
+  EXPECT_EQ(named.points.intensity, std::vector<float>{0.5F});
+}
+
+TEST(XyzReader, ColumnsWithoutAMeaningMayHoldAnything) {
+  const TempDir dir;
+  const auto scan =
+      ReadWhole(dir.File("a.csv", "pt,Northing,Easting,Height\nP1,1,2,3\n#2,4,5,6\n"));
+  EXPECT_EQ(scan.points.x, (std::vector<double>{2, 5}));
+}
+
+TEST(XyzReader, RefusesToGuessAgainstNames) {
+  const TempDir dir;
+  for (const auto& [header, found] : std::vector<std::pair<std::string, std::string>>{
+           {"Northing,Easting,Elevation_ft", "'Northing', which is y, over the column of x"},
+           {"lat,lon,h", "'lat' over the column of x"},
+           {"id,x,y", "'id' over the column of x"},
+           {"R,H,Z", "'R' over the column of x"},
+           {"code,status,north", "'north', which is y, over the column of z"},
+           {"# Northing Easting undulation", "'Northing', which is y"},
+           {"# columns: N E H", "'N' before 'E'"}}) {
+    const std::string error = ReadError(dir.File("a.csv", header + "\n1,2,3\n"));
+    EXPECT_THAT(error, HasSubstr("a.csv:1: the names")) << header;
+    EXPECT_THAT(error, HasSubstr(found)) << header;
+    EXPECT_THAT(error, HasSubstr("with the key columns")) << header;
+  }
+  using enum TextColumn;
+  const auto given = ReadWhole(dir.File("a.csv", "lat,lon,h\n1,2,3\n"), 0, {kY, kX, kZ});
+  EXPECT_EQ(given.points.x, std::vector<double>{2});
+}
+
+TEST(XyzReader, SaysThatNamesWereNotUnderstood) {
+  const TempDir dir;
+  const auto notes = [&](const std::string& header) {
+    const auto scan = ReadWhole(dir.File("a.csv", header + "\n1,2,3\n"));
+    EXPECT_EQ(scan.points.x, std::vector<double>{1}) << header;
+    std::string text;
+    for (const std::string& note : scan.info.notes) text += note + "\n";
+    return text;
+  };
+  EXPECT_THAT(notes("alpha,beta,gamma"),
+              HasSubstr("line 1 ('alpha beta gamma') mean nothing here: the first columns are "
+                        "taken as x, y and z"));
+  EXPECT_THAT(notes("x,y,gamma"), HasSubstr("do not name every coordinate"));
+  EXPECT_THAT(notes("points"), HasSubstr("mean nothing here"));
+  // Comments are prose.
+  for (const std::string comment : {"# by N. Smith", "# scan of E", "// made in May"}) {
+    EXPECT_THAT(notes(comment), Not(HasSubstr("names in line"))) << comment;
+  }
+}
+
+TEST(XyzReader, LabelsPointToTheKeyForColumns) {
+  const TempDir dir;
+  const auto error = ReadError(dir.File("a.txt", "pt1 1 2 3\npt2 1 2 3\n"));
+  EXPECT_THAT(error, HasSubstr("a.txt:2: 'pt2' (line 1 was taken as header); expected a number"));
+  EXPECT_THAT(error, HasSubstr("columns: [skip, x, y, z]"));
 }
 
 TEST(XyzReader, TakesGivenColumns) {

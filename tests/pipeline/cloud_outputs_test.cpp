@@ -5,6 +5,7 @@
 #include <set>
 
 #include "io/e57/e57_writer.h"
+#include "pipeline/e57_scans.h"
 #include "tests/io/scan_files.h"
 
 namespace backsight {
@@ -90,8 +91,8 @@ class CloudOutputsTest : public ::testing::Test {
       project.outputs.stations->format = *each;
       project.outputs.stations->path = dir_ / "out/each/";
     }
-    return WriteClouds(project, {ingest_, stations_, network_, ground_, {}}, dir_ / "out",
-                       ExecutionContext{});
+    return WriteClouds(project, {ingest_, stations_, network_, ground_, moving_, store_, {}},
+                       dir_ / "out", ExecutionContext{});
   }
 
   CloudOutput Merged(CloudFormat format, const std::string& name) const {
@@ -107,6 +108,8 @@ class CloudOutputsTest : public ::testing::Test {
   std::vector<Station> stations_;
   Network network_;
   GeoreferencedNetwork ground_;
+  MovingPoints moving_;
+  ArtifactStore store_;
 };
 
 void ExpectSamePoints(const PointChunk& read, const PointChunk& scanned) {
@@ -148,6 +151,24 @@ TEST_F(CloudOutputsTest, StationE57HasItsScanAndThePose) {
   const std::string bytes = ReadBytes(written.files[1].path);
   Write({}, CloudFormat::kE57);
   EXPECT_EQ(ReadBytes(written.files[1].path), bytes);
+}
+
+TEST_F(CloudOutputsTest, AGuidStandsForThePointsThatAreThere) {
+  const auto guid = [&](const CloudOutput& output) {
+    const OutputSource source{ingest_, stations_, network_, ground_, moving_, store_, {}};
+    return E57ScansOf({1}, source, output).at(2).guid;
+  };
+  CloudOutput all = Merged(CloudFormat::kE57, "m.e57");
+  CloudOutput still = all;
+  still.without_moving = true;
+  EXPECT_EQ(guid(still), guid(all));  // nothing moved
+  moving_.stations.resize(3);
+  moving_.stations[1].points = 7;
+  EXPECT_NE(guid(still), guid(all));
+  CloudOutput thinned = all;
+  thinned.thin_m = 0.1;
+  EXPECT_NE(guid(thinned), guid(all));
+  EXPECT_NE(guid(thinned), guid(still));
 }
 
 TEST_F(CloudOutputsTest, GeoreferencedE57StatesItsTopocentricFrame) {

@@ -168,5 +168,35 @@ TEST(MakeClosureRecords, KnowsOnlyTrianglesOfUsedLinks) {
   EXPECT_EQ(Triangles(survey.Closures()), (std::vector<Triangle>{{"S1", "S2", "S3"}}));
 }
 
+TEST(MakeLinkRecords, CallsALinkDoubtfulThatNothingConfirms) {
+  Survey survey(1, 3);
+  survey.network.component = {0, 0, 0};
+  for (std::size_t p = 0; p < survey.pairs.size(); ++p) {
+    survey.network.reported.push_back(static_cast<int>(2 * p + 1));
+  }
+  const auto doubt = [&](int a, int b, VerificationResult::Reason reason) {
+    survey.Fate(a, b).fate = LinkFate::kUnconfirmed;
+    VerificationResult& first = survey.pairs[survey.Find(a, b)].candidates[0].verification;
+    first.verdict = Verdict::kDoubtful;
+    first.reason = reason;
+  };
+  doubt(0, 1, VerificationResult::Reason::kFreeSpace);
+  doubt(0, 2, VerificationResult::Reason::kNone);
+  doubt(1, 2, VerificationResult::Reason::kFreeSpace);
+  survey.Fate(1, 2).refuted = true;
+  const auto records = MakeLinkRecords(survey.stations, survey.pairs, survey.network);
+  ASSERT_EQ(records.size(), 3U);
+  EXPECT_EQ(ToString(records[survey.Find(0, 1)].status), "doubtful");
+  EXPECT_EQ(records[survey.Find(0, 1)].reason, "free_space_conflict");
+  EXPECT_EQ(ToString(records[survey.Find(0, 2)].status), "doubtful");
+  EXPECT_EQ(records[survey.Find(0, 2)].reason, "unconfirmed");
+  EXPECT_EQ(ToString(records[survey.Find(1, 2)].status), "rejected");
+  EXPECT_EQ(records[survey.Find(1, 2)].reason, "refuted_by_views");
+
+  EXPECT_EQ(DescribeDoubtful(records, "S2").find("; doubtful ones to S1, which no loop"), 0U);
+  EXPECT_NE(DescribeDoubtful(records, "S1").find("pairs: include"), std::string::npos);
+  EXPECT_EQ(DescribeDoubtful(records, "S4"), "");
+}
+
 }  // namespace
 }  // namespace backsight

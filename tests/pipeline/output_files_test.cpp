@@ -55,6 +55,24 @@ class StaleCloudsTest : public ::testing::Test {
   std::vector<OutputRecord> written_;
 };
 
+TEST(DescribeFile, TimesCountFrom1970) {
+  const TempDir dir;
+  dir.File("a.las", "cloud");
+  const auto described = DescribeFile(dir / "a.las");
+  ASSERT_TRUE(described);
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  const auto now_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(now).count();
+  EXPECT_NEAR(static_cast<double>(described->modified), static_cast<double>(now_ns), 60e9);
+}
+
+TEST_F(StaleCloudsTest, CloudsOfAnOutputThatIsNoLongerWantedAreNamed) {
+  Earlier("full-1.las");
+  Earlier("gone.las");
+  std::filesystem::remove(dir_ / "gone.las");
+  EXPECT_THAT(Clear(), ElementsAre(AllOf(HasSubstr("full-1.las"), Not(HasSubstr("gone.las")))));
+  EXPECT_TRUE(Exists("full-1.las"));
+}
+
 TEST_F(StaleCloudsTest, WhatTheManifestListsIsRemoved) {
   for (const char* name : {"m_component2.las", "m-1.las", "m_component3-12.las"}) Earlier(name);
   EXPECT_THAT(Clear(), IsEmpty());
@@ -85,7 +103,7 @@ TEST_F(StaleCloudsTest, WhatIsNotProvablyOursStaysAndIsNamed) {
 
 TEST_F(StaleCloudsTest, OtherFilesAreNobodysBusiness) {
   for (const char* name : {"m_component2.e57", "m_old.las", "other.las", "m_component.las"}) {
-    Earlier(name);
+    dir_.File(name, "not of any run");
   }
   project_.stations[1].scan = dir_.File("m-7.las", "scan");
   earlier_.push_back(DescribeFile(dir_ / "m-7.las").value());

@@ -1,5 +1,6 @@
 #include "stages/ingest.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -9,6 +10,9 @@
 
 namespace backsight {
 namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
@@ -84,6 +88,26 @@ TEST(Ingest, RefusesAScanWithNothingUsable) {
   options.min_range_m = 50.0;
   EXPECT_THROW(IngestScan("S1", scan, Eigen::Vector3d::Zero(), options, ExecutionContext{}),
                InputError);
+}
+
+TEST(Ingest, SaysWhereThePointsOfARefusedScanLie) {
+  const auto error = [](const Eigen::Vector3d& center, const IngestOptions& options) {
+    BoxScan scan(center, 0.5);
+    try {
+      IngestScan("S1", scan, std::nullopt, options, ExecutionContext{});
+    } catch (const InputError& refused) {
+      return std::string(refused.what());
+    }
+    return std::string();
+  };
+  const std::string map = error({690000.0, 5336000.0, 500.0}, {});
+  EXPECT_THAT(map, HasSubstr("are farther than max_range_m, 1000 m, at 53804"));
+  EXPECT_THAT(map, HasSubstr("give scanner_origin_m"));
+  IngestOptions blind;
+  blind.min_range_m = 50.0;
+  const std::string near = error(Eigen::Vector3d::Zero(), blind);
+  EXPECT_THAT(near, HasSubstr("are nearer than min_range_m, 50 m"));
+  EXPECT_THAT(near, Not(HasSubstr("scanner_origin_m")));
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 namespace backsight {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 class SceneFile : public ::testing::Test {
@@ -121,6 +122,20 @@ TEST_F(SceneFile, ReadsTheCoreOfARoomAndRefusesOneThatFillsIt) {
   EXPECT_TRUE(read.rooms.at(0).repeat);
   EXPECT_EQ(read.format, CampaignFormat::kLas);
   EXPECT_THAT(ErrorOf(scene + "19]}]\n"), HasSubstr("core_m"));
+}
+
+TEST_F(SceneFile, RefusesACrsThatControlCannotBeGivenIn) {
+  const auto error = [&](const std::string& crs) {
+    return ErrorOf("schema_version: 1\nstations: [{id: S1, position_m: [0, 0]}]\ncrs: {" + crs +
+                   "}\n");
+  };
+  EXPECT_EQ(error("horizontal: EPSG:25832, origin: [690000, 5336000, 520]"), "");
+  EXPECT_THAT(error("horizontal: EPSG:25832, vertical: EPSG:25832, origin: [690000, 5336000, 520]"),
+              AllOf(HasSubstr(".yaml:3: crs: found EPSG:25832"), HasSubstr("not vertical")));
+  EXPECT_THAT(error("horizontal: EPSG:99999, origin: [690000, 5336000, 520]"),
+              HasSubstr(".yaml:3: crs: found EPSG:99999"));
+  EXPECT_THAT(error("horizontal: EPSG:25832, origin: [5336000, 690000, 520]"),
+              HasSubstr("easting and northing swapped?"));
 }
 
 TEST_F(SceneFile, NeedsStations) {
