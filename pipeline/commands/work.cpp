@@ -81,7 +81,8 @@ int WorkCommand(const WorkArguments& arguments) {
       ReadSurveyProject(arguments.folders.project, OptionSections(options));
   const ExecutionContext context(TaskCpus().value_or(project.resources.threads), kRunSeed, &events,
                                  stop);
-  LimitMemory(arguments.memory_gb.value_or(project.resources.memory_gb));
+  WakeThreads(context);
+  LimitMemory(arguments.memory_gb.value_or(project.resources.memory_gb), context.threads());
   try {
     const int failed = Work(arguments, context, project, options);
     if (failed > 0) context.Info(fmt::format("{} failed; the final run names the reasons", failed));
