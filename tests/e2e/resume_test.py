@@ -205,7 +205,7 @@ class Resume(unittest.TestCase):
         self.run_whole()
         self.assertIn("work/network/network.artifact", self.redone())
         for name in self.redone():
-            self.assertRegex(name, r"network/|outputs/|symmetries")
+            self.assertRegex(name, r"network/|outputs/|symmetries|predicted|thorough")
         self.assertIn("everything is up to date", self.dry_run())
 
     def test_damaged_artifacts_are_found_and_made_anew(self):

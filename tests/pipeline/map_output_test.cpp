@@ -37,7 +37,8 @@ class MapOutputTest : public ::testing::Test {
   }
 
   OutputFiles Write() {
-    return WriteMaps(map_, {ingest_, stations_, network_, ground_, moving_}, ExecutionContext());
+    return WriteMaps(map_, {ingest_, stations_, network_, ground_, moving_, ArtifactStore(), {}},
+                     ExecutionContext());
   }
 
   void TieToUtm(const Eigen::Vector3d& shift) {

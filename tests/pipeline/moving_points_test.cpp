@@ -76,7 +76,7 @@ TEST(MovingPoints, PeopleAndCarsAreMarkedInTheMergedCloud) {
       ReadSurveyProject((root / "crossing.yaml").string(), OptionSections(options));
   project.outputs = {};
   const SurveyRun run =
-      RunSurvey(project, options, nullptr, (root / "out").string(), ExecutionContext(2));
+      RunSurvey(project, options, nullptr, (root / "out").string(), ExecutionContext(2), {});
   ASSERT_EQ(run.record.exit_code, kComplete) << run.record.verdict;
 
   const Campaign campaign = PrepareCampaign(ReadScene((root / "scene.yaml").string()));
