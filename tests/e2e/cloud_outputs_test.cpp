@@ -83,7 +83,7 @@ TEST(CloudOutputs, StationsAreDeliveredAsE57WithTheirPoses) {
 
     const auto part = OpenScan(folder / "yard/out/all.e57", number++);
     EXPECT_EQ(part->info().scan_count, 5);
-    EXPECT_EQ(part->info().guid, info.guid);
+    EXPECT_NE(part->info().guid, info.guid);  // it holds fewer points
     EXPECT_LT(*part->info().point_count, *info.point_count);
     EXPECT_EQ(part->info().world_from_scan->Matrix(), info.world_from_scan->Matrix());
   }

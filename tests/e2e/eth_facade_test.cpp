@@ -13,6 +13,11 @@ namespace {
 constexpr int kStations = 7;
 constexpr int kPairs = 21;
 
+/// Results in `out`; nothing is taken from other runs.
+std::string FoldersAt(const std::string& out) {
+  return fmt::format("--out '{}' --work '{}-work'", out, out);
+}
+
 class EthFacade : public testing::Test {
  protected:
   void SetUp() override {
@@ -30,7 +35,7 @@ class EthFacade : public testing::Test {
 
 TEST_F(EthFacade, ReachesTheTruthsOwnFloor) {
   const ProgramRun run =
-      RunProgram(fmt::format("run projects/eth_facade.yaml --out '{}'", folder_ / "out"));
+      RunProgram(fmt::format("run projects/eth_facade.yaml {}", FoldersAt(folder_ / "out")));
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const LinkErrors links = CompareLinks(folder_ / "out/links.csv", truth_);
   const PairErrors network = CompareNetworks(ReadPoses(folder_ / "out/poses.csv"), truth_);
@@ -53,8 +58,8 @@ TEST_F(EthFacade, GivesTheSameBytesForAnyNumberOfThreadsAndAgain) {
   std::map<std::string, std::string> first;
   for (const char* threads : {"1", "2", "4", "2"}) {
     const std::string out = folder_ / "out";
-    ASSERT_EQ(RunProgram(
-                  fmt::format("run projects/eth_facade.yaml --out '{}' --threads {}", out, threads))
+    ASSERT_EQ(RunProgram(fmt::format("run projects/eth_facade.yaml {} --threads {}", FoldersAt(out),
+                                     threads))
                   .exit_code,
               0);
     for (const std::string& file : files) {
@@ -75,9 +80,9 @@ TEST_F(EthFacade, DoesNotDependOnTheStationFrames) {
   for (int s = 0; s < kStations; ++s) {
     scans.push_back(ReadAllPoints(fmt::format("{}/s{}.pcd", facade_, s)));
   }
-  ASSERT_EQ(
-      RunProgram(fmt::format("run projects/eth_facade.yaml --out '{}'", folder_ / "out")).exit_code,
-      0);
+  ASSERT_EQ(RunProgram(fmt::format("run projects/eth_facade.yaml {}", FoldersAt(folder_ / "out")))
+                .exit_code,
+            0);
   const double unrotated_te =
       CompareNetworks(ReadPoses(folder_ / "out/poses.csv"), truth_).mean_te_m;
 
@@ -96,7 +101,7 @@ TEST_F(EthFacade, DoesNotDependOnTheStationFrames) {
     }
     WriteBytes(folder_ / "p.yaml", ProjectText(stations, "outputs: {merged: []}\n"));
     const ProgramRun run =
-        RunProgram(fmt::format("run '{}' --out '{}'", folder_ / "p.yaml", folder_ / "moved"));
+        RunProgram(fmt::format("run '{}' {}", folder_ / "p.yaml", FoldersAt(folder_ / "moved")));
     ASSERT_EQ(run.exit_code, 0) << "seed " << seed << "\n" << run.out << run.err;
     // Back to the original frames: the lever arm of the shift would multiply the truth's own
     // rotation error.

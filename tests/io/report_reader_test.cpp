@@ -68,7 +68,7 @@ TEST(ReportReader, DamageIsNamedWithItsPlace) {
            {[](auto& j) { j["links"][0]["rms_m"] = "small"; },
             "/links/0/rms_m: \"small\"; expected a number"},
            {[](auto& j) { j["links"][0]["status"] = "fine"; },
-            "/links/0/status: \"fine\"; expected one of accepted, rejected"},
+            "/links/0/status: \"fine\"; expected one of accepted, doubtful, rejected"},
            {[](auto& j) { j["scans"][1]["points"] = -4; }, "/scans/1/points: -4; expected a whole"},
            {[](auto& j) { j["scans"][1]["points"] = 1.5; },
             "/scans/1/points: 1.5; expected a whole"},
