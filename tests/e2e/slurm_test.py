@@ -20,7 +20,7 @@ import slurm_cluster
 def files_of(out):
     """By relative path, but for the manifest, which holds times."""
     return sorted(str(path.relative_to(out)) for path in out.rglob("*")
-                  if path.is_file() and path.name != "manifest.json")
+                  if path.is_file() and path.name not in ("manifest.json", "run.lock"))
 
 
 def interrupt(process):
