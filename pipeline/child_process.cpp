@@ -90,6 +90,7 @@ void ReadBoth(int out, int err, ProgramEnd* end) {
 
 ProgramEnd RunProgram(const std::vector<std::string>& words) {
   std::vector<char*> arguments;
+  arguments.reserve(words.size() + 1);
   for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
   arguments.push_back(nullptr);
   Pipe out;
