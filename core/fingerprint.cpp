@@ -45,6 +45,12 @@ std::string Fingerprint::Hex() const {
 
 std::uint64_t Fingerprint::Value64() const { return XXH3_128bits_digest(state_->xxh).low64; }
 
+std::string FingerprintText(std::string_view text) {
+  Fingerprint fingerprint;
+  fingerprint.Add(text);
+  return fingerprint.Hex();
+}
+
 std::string FingerprintFile(const std::string& path, const std::function<void()>& between) {
   std::ifstream file(path, std::ios::binary);
   if (!file) {

@@ -31,6 +31,9 @@ class Fingerprint {
   std::unique_ptr<State> state_;
 };
 
+/// Fingerprint of one text, in Hex().
+std::string FingerprintText(std::string_view text);
+
 /// Fingerprint of a file's bytes. Throws InputError if it cannot be read. `between`, called every
 /// megabyte, may throw to give up.
 std::string FingerprintFile(const std::string& path, const std::function<void()>& between = {});

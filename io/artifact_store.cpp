@@ -6,7 +6,6 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <map>
 #include <set>
 
 #include "core/fingerprint.h"
@@ -83,18 +82,6 @@ Opened Open(const std::string& path) {
   return opened;
 }
 
-std::multimap<std::string, std::string> LinesOf(std::string_view text) {
-  std::multimap<std::string, std::string> lines;
-  while (!text.empty()) {
-    const std::size_t end = std::min(text.find('\n'), text.size());
-    const std::string_view line = text.substr(0, end);
-    const std::size_t colon = std::min(line.find(": "), line.size());
-    lines.emplace(line.substr(0, colon), line.substr(colon));
-    text.remove_prefix(std::min(end + 1, text.size()));
-  }
-  return lines;
-}
-
 }  // namespace
 
 void ArtifactKey::Add(std::string_view name, std::string_view value) {
@@ -123,11 +110,7 @@ ArtifactKey ArtifactKey::OfText(std::string text) {
   return key;
 }
 
-std::string ArtifactKey::Digest() const {
-  Fingerprint fingerprint;
-  fingerprint.Add(std::string_view(text_));
-  return fingerprint.Hex();
-}
+std::string ArtifactKey::Digest() const { return FingerprintText(text_); }
 
 ArtifactStore::ArtifactStore(std::string folder, std::function<void(const std::string&)> report)
     : folder_(std::move(folder)), report_(std::move(report)) {}
@@ -182,9 +165,22 @@ void ArtifactStore::Remove(const std::string& name) const {
   if (keeps()) fs::remove(PathOf(name), error);
 }
 
+std::multimap<std::string, std::string> KeyLines(std::string_view text) {
+  std::multimap<std::string, std::string> lines;
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    const std::string_view line = text.substr(0, end);
+    const std::size_t colon = line.find(": ");
+    if (colon != std::string_view::npos)
+      lines.emplace(line.substr(0, colon), line.substr(colon + 2));
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return lines;
+}
+
 std::vector<std::string> DifferingLines(std::string_view a, std::string_view b) {
-  const auto lines_a = LinesOf(a);
-  const auto lines_b = LinesOf(b);
+  const auto lines_a = KeyLines(a);
+  const auto lines_b = KeyLines(b);
   std::set<std::string> names;
   const auto add_missing = [&](const auto& from, const auto& in) {
     for (const auto& [name, value] : from) {

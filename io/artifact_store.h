@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -67,6 +68,9 @@ class ArtifactStore {
   std::string folder_;
   std::function<void(const std::string&)> report_;
 };
+
+/// The values of a key text's lines by their names.
+std::multimap<std::string, std::string> KeyLines(std::string_view text);
 
 /// The names of lines that two key texts do not share, in order, each once.
 std::vector<std::string> DifferingLines(std::string_view a, std::string_view b);

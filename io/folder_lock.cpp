@@ -1,7 +1,6 @@
 #include "io/folder_lock.h"
 
 #include <fcntl.h>
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -14,6 +13,7 @@
 
 #include "core/error.h"
 #include "io/temporary_file.h"
+#include "io/utc_text.h"
 
 namespace backsight {
 namespace {
@@ -36,9 +36,8 @@ std::string HostName() {
 }
 
 std::string Introduction() {
-  const auto now =
-      std::chrono::time_point_cast<std::chrono::seconds>(std::chrono::system_clock::now());
-  return fmt::format("{} {} {:%Y-%m-%dT%H:%M:%SZ}\n", HostName(), ::getpid(), now);
+  return fmt::format("{} {} {}\n", HostName(), ::getpid(),
+                     UtcText(std::chrono::system_clock::now()));
 }
 
 LockHolder ReadHolder(int file) {

@@ -41,6 +41,12 @@ std::string PartPath(const std::string& path, std::size_t number) {
   return WithSuffix(path, fmt::format("-{}", number));
 }
 
+std::string AbsolutePath(const std::string& path) {
+  std::error_code error;
+  const fs::path absolute = fs::absolute(path, error);
+  return (error ? fs::path(path) : absolute).lexically_normal().string();
+}
+
 std::string FileKey(const std::string& path) {
   std::error_code error;
   const fs::path absolute = fs::absolute(path, error).lexically_normal();

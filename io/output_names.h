@@ -14,6 +14,9 @@ std::string ComponentPath(const std::string& path, int component);
 /// Where part `number` (from 1) of a cloud goes that is split: NAME-1.las.
 std::string PartPath(const std::string& path, std::size_t number);
 
+/// From the root, without "." and "..", whether or not there is such a file.
+std::string AbsolutePath(const std::string& path);
+
 /// A name for a file that is the same however its folder is written ("a/../b", links).
 std::string FileKey(const std::string& path);
 

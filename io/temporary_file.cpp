@@ -54,13 +54,14 @@ TemporaryFile CreateTemporaryFile(const std::string& path) {
   return file;
 }
 
-bool IsTemporaryName(std::string_view file_name) {
+std::string TargetOfTemporary(std::string_view file_name) {
   const std::size_t mark = file_name.rfind(kMark);
-  if (mark == std::string_view::npos || mark == 0) return false;
+  if (mark == std::string_view::npos) return "";
   const std::string_view numbers = file_name.substr(mark + kMark.size());
   const std::size_t dash = numbers.find('-');
-  return dash != std::string_view::npos && IsNumber(numbers.substr(0, dash)) &&
-         IsNumber(numbers.substr(dash + 1));
+  const bool ours = dash != std::string_view::npos && IsNumber(numbers.substr(0, dash)) &&
+                    IsNumber(numbers.substr(dash + 1));
+  return ours ? std::string(file_name.substr(0, mark)) : "";
 }
 
 void WriteAt(int descriptor, std::uint64_t offset, std::string_view bytes,

@@ -18,8 +18,9 @@ struct TemporaryFile {
 /// file must not exist yet. Throws StorageFailure that names `path`.
 TemporaryFile CreateTemporaryFile(const std::string& path);
 
-/// True for names that CreateTemporaryFile gives: what a killed process leaves.
-bool IsTemporaryName(std::string_view file_name);
+/// The name that a file of CreateTemporaryFile, which a killed process left, was made for; empty
+/// for other files.
+std::string TargetOfTemporary(std::string_view file_name);
 
 /// Writes all of `bytes` at `offset`. Throws StorageFailure that names `path`, e.g. for a full
 /// disk.

@@ -81,13 +81,12 @@ void AddStatus(CLI::App& app, int* code) {
 }
 
 void AddReport(CLI::App& app, int* code) {
-  auto project = std::make_shared<std::string>();
-  auto out = std::make_shared<std::string>();
+  auto folders = std::make_shared<RunFolders>();
   CLI::App* command =
       app.add_subcommand("report", "Write report.html again from the report.json of a run");
-  command->add_option("project", *project, "survey project file (YAML)")->required();
-  command->add_option("--out", *out, "folder of results (default: out/ beside project)");
-  command->callback([=] { *code = ReportCommand(*project, *out); });
+  command->add_option("project", folders->project, "survey project file (YAML)")->required();
+  command->add_option("--out", folders->out, "folder of results (default: out/ beside project)");
+  command->callback([=] { *code = ReportCommand(*folders); });
 }
 
 void AddCheck(CLI::App& app, int* code) {

@@ -12,6 +12,7 @@
 #include "core/error.h"
 #include "io/output_names.h"
 #include "io/temporary_file.h"
+#include "pipeline/map_output.h"
 
 namespace backsight {
 namespace {
@@ -60,19 +61,13 @@ bool IsOf(const std::vector<WrittenCloud>& earlier, const std::string& file) {
   });
 }
 
-/// The name that a half written file was to have; empty if it is none.
-std::string TargetName(const fs::path& file) {
-  const std::string name = file.filename().string();
-  return IsTemporaryName(name) ? name.substr(0, name.rfind(".tmp-")) : "";
-}
-
 /// Removes the half written files of a folder whose targets `ours` knows.
 void RemoveTemporariesIn(const fs::path& folder,
                          const std::function<bool(const std::string& target)>& ours) {
   std::error_code error;
   for (fs::directory_iterator entry(folder.empty() ? "." : folder, error), end;
        !error && entry != end; entry.increment(error)) {
-    const std::string target = TargetName(entry->path());
+    const std::string target = TargetOfTemporary(entry->path().filename().string());
     if (target.empty() || !ours((folder / target).string())) continue;
     std::error_code ignored;
     fs::remove(entry->path(), ignored);
@@ -178,17 +173,10 @@ void RemoveTemporaries(const SurveyProject& project, const std::string& out_dire
     return reports.contains(fs::path(target).filename().string());
   });
   const int components = MostComponents(project.stations.size());
-  std::vector<CloudOutput> outputs = MergedOutputs(project, out_directory);
+  std::vector<CloudOutput> outputs = AllClouds(project, out_directory);
   CloudOutput map;
-  map.path =
-      project.outputs.map.value_or(MapOutput{(fs::path(out_directory) / "map.ot").string()}).path;
+  map.path = WantedMap(project, out_directory).path;
   if (!map.path.empty()) outputs.push_back(map);
-  for (const StationSpec& station : project.stations) {
-    if (!project.outputs.stations) break;
-    CloudOutput cloud = *project.outputs.stations;
-    cloud.path = StationCloudPath(cloud, station.id);
-    outputs.push_back(cloud);
-  }
   for (const CloudOutput& output : outputs) {
     RemoveTemporariesIn(fs::path(output.path).parent_path(), [&](const std::string& target) {
       return MayWrite(output, components, target);
@@ -201,6 +189,23 @@ std::vector<CloudOutput> MergedOutputs(const SurveyProject& project,
   CloudOutput usual;
   usual.path = (fs::path(out_directory) / "merged.las").string();
   return project.outputs.merged.value_or(std::vector{usual});
+}
+
+std::vector<CloudOutput> StationOutputs(const SurveyProject& project) {
+  std::vector<CloudOutput> outputs;
+  for (const StationSpec& station : project.stations) {
+    if (!project.outputs.stations) break;
+    outputs.push_back(*project.outputs.stations);
+    outputs.back().path = StationCloudPath(*project.outputs.stations, station.id);
+  }
+  return outputs;
+}
+
+std::vector<CloudOutput> AllClouds(const SurveyProject& project, const std::string& out_directory) {
+  std::vector<CloudOutput> clouds = MergedOutputs(project, out_directory);
+  const std::vector<CloudOutput> stations = StationOutputs(project);
+  clouds.insert(clouds.end(), stations.begin(), stations.end());
+  return clouds;
 }
 
 void RequireFreeNames(const SurveyProject& project, const std::string& out_directory) {
@@ -231,10 +236,7 @@ std::vector<std::string> ClearStaleClouds(const SurveyProject& project,
   for (const CloudOutput& output : MergedOutputs(project, out_directory)) {
     stale.LookBeside(output);
   }
-  for (const StationSpec& station : project.stations) {
-    if (!project.outputs.stations) break;
-    stale.LookAt(StationCloudPath(*project.outputs.stations, station.id));
-  }
+  for (const CloudOutput& station : StationOutputs(project)) stale.LookAt(station.path);
   stale.LookAtEarlier();
   if (!stale.removed().empty()) {
     context.Warning("removed what an earlier run had written and this one did not: " +

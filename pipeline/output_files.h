@@ -25,6 +25,13 @@ void RemoveTemporaries(const SurveyProject& project, const std::string& out_dire
 std::vector<CloudOutput> MergedOutputs(const SurveyProject& project,
                                        const std::string& out_directory);
 
+/// The clouds of single stations a run may write, in the order of the stations; none where the
+/// project wants none.
+std::vector<CloudOutput> StationOutputs(const SurveyProject& project);
+
+/// MergedOutputs, then StationOutputs.
+std::vector<CloudOutput> AllClouds(const SurveyProject& project, const std::string& out_directory);
+
 /// A file as it lies on the disk now; absent if it cannot be looked at.
 std::optional<WrittenCloud> DescribeFile(const std::string& path);
 

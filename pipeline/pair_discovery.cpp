@@ -7,8 +7,8 @@
 #include <map>
 #include <set>
 
-#include "core/archive.h"
 #include "pipeline/artifacts/artifact_keys.h"
+#include "pipeline/artifacts/load_artifact.h"
 #include "pipeline/artifacts/pair_artifact.h"
 #include "pipeline/candidate_links.h"
 #include "stages/network_solution.h"
@@ -69,28 +69,24 @@ std::vector<RankedStation> RankedStations(const std::vector<Station>& stations) 
 /// RankPairs, from the store where it holds the ranking.
 void RankOnce(const PairUnits& units, std::vector<PairProspect>* candidates) {
   const std::vector<Station>& stations = units.stations();
-  const auto rank = [&] {
-    RankPairs(RankedStations(stations), units.options().pair_ranking, units.context(), candidates);
-  };
-  if (!units.store().keeps()) return rank();
   std::vector<char> may_be_tried;
   for (const PairProspect& candidate : *candidates) {
     may_be_tried.push_back(!candidate.excluded && !candidate.too_far ? 1 : 0);
   }
   const ArtifactKey key =
       RankingKey({units.options(), units.context().seed()}, stations, may_be_tried);
-  std::vector<double> similarity;
-  std::string bytes;
-  if (units.store().Load(kRankingName, key, &bytes)) {
-    similarity = FromBytes<std::vector<double>>(bytes);
-    for (std::size_t i = 0; i < candidates->size(); ++i) {
-      (*candidates)[i].similarity = similarity.at(i);
-    }
-    return;
+  using Similarities = std::vector<double>;
+  const Similarities similarity =
+      Once(units.store(), kRankingName, key, ToBytes<Similarities>, FromBytes<Similarities>, [&] {
+        RankPairs(RankedStations(stations), units.options().pair_ranking, units.context(),
+                  candidates);
+        Similarities ranked;
+        for (const PairProspect& candidate : *candidates) ranked.push_back(candidate.similarity);
+        return ranked;
+      });
+  for (std::size_t i = 0; i < candidates->size(); ++i) {
+    (*candidates)[i].similarity = similarity.at(i);
   }
-  rank();
-  for (const PairProspect& candidate : *candidates) similarity.push_back(candidate.similarity);
-  units.store().Store(kRankingName, key, ToBytes(similarity));
 }
 
 /// The state of one discovery.

@@ -4,9 +4,9 @@
 #include <atomic>
 #include <set>
 
-#include "core/archive.h"
 #include "core/error.h"
 #include "pipeline/artifacts/artifact_keys.h"
+#include "pipeline/artifacts/load_artifact.h"
 #include "pipeline/artifacts/pair_artifact.h"
 #include "pipeline/artifacts/pair_units.h"
 #include "pipeline/pair_pipeline.h"
@@ -44,6 +44,7 @@ std::vector<Station> LoadSome(const std::vector<StationSpec>& specs, const std::
                               const SurveyOptions& options, const ExecutionContext& context,
                               const ArtifactStore& store) {
   std::vector<StationSpec> some;
+  some.reserve(wanted.size());
   for (const int s : wanted) some.push_back(specs[At(s)]);
   std::vector<Station> loaded = LoadStations(some, options, context, store);
   std::vector<Station> stations = Unloaded(specs);
@@ -124,13 +125,13 @@ void StoreBatch(const std::vector<PairTask>& batch, const SurveyProject& project
 int RegisterBatchShard(const SurveyProject& project, const SurveyOptions& options,
                        const PairShard& shard, const ExecutionContext& context,
                        const ArtifactStore& store) {
-  std::string bytes;
-  if (!store.Load(kBatchName, BatchKey(project, options, context), &bytes)) {
+  const auto batch = LoadArtifact(store, kBatchName, BatchKey(project, options, context),
+                                  FromBytes<std::vector<PairTask>>);
+  if (!batch) {
     throw InputError({store.PathOf(kBatchName), "no pairs of this project and program", "",
                       "start the run again"});
   }
-  const auto batch = FromBytes<std::vector<PairTask>>(bytes);
-  return MakeAttempts(ShareOf(batch, shard), project, options, context, store);
+  return MakeAttempts(ShareOf(*batch, shard), project, options, context, store);
 }
 
 }  // namespace backsight

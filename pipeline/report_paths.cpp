@@ -5,22 +5,18 @@
 #include <string_view>
 #include <vector>
 
+#include "io/output_names.h"
+
 namespace backsight {
 namespace {
 
 namespace fs = std::filesystem;
 
-fs::path Absolute(const fs::path& path) {
-  std::error_code error;
-  const fs::path absolute = fs::absolute(path, error);
-  return (error ? path : absolute).lexically_normal();
-}
-
 /// The folder of a project, and the ways to spell it that paths in messages begin with.
 class ProjectFolder {
  public:
   explicit ProjectFolder(const std::string& project_path)
-      : folder_(Absolute(project_path).parent_path()) {
+      : folder_(fs::path(AbsolutePath(project_path)).parent_path()) {
     const fs::path given = fs::path(project_path).parent_path();
     for (const fs::path& spelling : {folder_, given, given.lexically_normal()}) {
       if (!spelling.empty() && spelling != ".") spellings_.push_back((spelling / "").string());
@@ -31,7 +27,7 @@ class ProjectFolder {
   }
 
   std::string Path(const std::string& path) const {
-    const fs::path absolute = Absolute(path);
+    const fs::path absolute = AbsolutePath(path);
     const fs::path relative = absolute.lexically_relative(folder_);
     const bool under = !relative.empty() && *relative.begin() != "..";
     return (under ? relative : absolute).string();

@@ -100,12 +100,15 @@ std::uint64_t CloudBytes(const CloudOutput& cloud, std::uint64_t points) {
   return points * (cloud.format == CloudFormat::kE57 ? kE57RecordBytes : kRecordBytes);
 }
 
-/// Clouds that were never written; of what is not thinned or cropped something is known.
+/// Whether a run has written the cloud once; what it takes is on the disk then.
+bool IsKnown(const CloudOutput& cloud, const ArtifactStore& store) {
+  return store.Look(OutputArtifactName(cloud.path), {}).kind != ArtifactState::Kind::kMissing;
+}
+
+/// Of clouds that are new and neither thinned nor cropped something is known.
 void AddCloud(const CloudOutput& cloud, const ArtifactStore& store, std::uint64_t sure,
               std::uint64_t likely, DiskNeeds* disks) {
-  const bool known =
-      store.Look(OutputArtifactName(cloud.path), {}).kind != ArtifactState::Kind::kMissing;
-  if (known || cloud.thin_m > 0.0 || cloud.crop || cloud.without_moving) return;
+  if (IsKnown(cloud, store) || cloud.thin_m > 0.0 || cloud.crop || cloud.without_moving) return;
   // Some stations may find no place, some points lie out of range: half of the sure ones, at least.
   disks->Add(fs::path(cloud.path).parent_path().string(), CloudBytes(cloud, sure) / 2,
              CloudBytes(cloud, likely));
@@ -122,18 +125,10 @@ void AddClouds(const SurveyProject& project, const std::string& out_directory,
   for (const CloudOutput& cloud : MergedOutputs(project, out_directory)) {
     AddCloud(cloud, store, sure, all, disks);
   }
-  for (std::size_t s = 0; s < counts.size() && project.outputs.stations; ++s) {
-    CloudOutput cloud = *project.outputs.stations;
-    cloud.path = StationCloudPath(cloud, project.stations[s].id);
-    AddCloud(cloud, store, counts[s].sure ? counts[s].points : 0, counts[s].points, disks);
+  const std::vector<CloudOutput> stations = StationOutputs(project);
+  for (std::size_t s = 0; s < stations.size(); ++s) {
+    AddCloud(stations[s], store, counts[s].sure ? counts[s].points : 0, counts[s].points, disks);
   }
-}
-
-bool ThinsAny(const SurveyProject& project, const std::string& out_directory) {
-  const std::vector<CloudOutput> merged = MergedOutputs(project, out_directory);
-  const bool stations = project.outputs.stations && project.outputs.stations->thin_m > 0.0;
-  return stations || std::any_of(merged.begin(), merged.end(),
-                                 [](const CloudOutput& cloud) { return cloud.thin_m > 0.0; });
 }
 
 std::string SizeText(std::uint64_t bytes) {
@@ -159,14 +154,21 @@ ResourceNeeds EstimateNeeds(const SurveyProject& project, const std::string& out
                             const ArtifactStore& store) {
   ResourceNeeds needs;
   DiskNeeds disks;
+  const std::vector<CloudOutput> clouds = AllClouds(project, out_directory);
+  const bool all_known = std::all_of(clouds.begin(), clouds.end(),
+                                     [&](const CloudOutput& c) { return IsKnown(c, store); });
+  const bool thins = std::any_of(clouds.begin(), clouds.end(),
+                                 [](const CloudOutput& c) { return c.thin_m > 0.0; });
   std::vector<PointCount> counts;
   std::uint64_t least = 0;
   std::uint64_t likely = 0;
   std::uint64_t to_store = 0;
   std::uint64_t likely_to_store = 0;
   for (const StationSpec& spec : project.stations) {
-    const PointCount& count = counts.emplace_back(PointsOf(spec));
     const std::uint64_t stored = StoredBytes(store, spec.id);
+    // A header, which may be far down its file, is read only where something depends on it.
+    const PointCount& count =
+        counts.emplace_back(stored > 0 && all_known ? PointCount() : PointsOf(spec));
     const std::uint64_t few =
         count.sure ? std::min(count.points / kFewestPointsPerVoxel, kFewVoxels) : 0;
     const std::uint64_t usual = std::min(count.points / 2, kUsualVoxels);
@@ -176,8 +178,8 @@ ResourceNeeds EstimateNeeds(const SurveyProject& project, const std::string& out
     likely_to_store += stored > 0 ? 0 : usual * kBytesPerVoxel;
   }
   const std::uint64_t unknowns = 6 * project.stations.size();
-  const std::uint64_t fixed = kProgramBytes + 4 * 8 * unknowns * unknowns +
-                              (ThinsAny(project, out_directory) ? kThinningBytes : 0);
+  const std::uint64_t fixed =
+      kProgramBytes + 4 * 8 * unknowns * unknowns + (thins ? kThinningBytes : 0);
   needs.least_memory =
       fixed + static_cast<std::uint64_t>(kMemoryPerStored * static_cast<double>(least));
   needs.likely_memory =

@@ -4,11 +4,9 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <functional>
 #include <iterator>
 #include <map>
 #include <set>
-#include <sstream>
 
 #include "core/error.h"
 #include "pipeline/artifacts/artifact_keys.h"
@@ -37,17 +35,6 @@ std::string Join(const std::vector<std::string>& names) {
       names.size() > shown ? fmt::format(" and {} more", names.size() - shown) : "");
 }
 
-/// The lines of a key by their names.
-std::map<std::string, std::string> LinesOf(const std::string& text) {
-  std::map<std::string, std::string> lines;
-  std::istringstream stream(text);
-  for (std::string line; std::getline(stream, line);) {
-    const std::size_t colon = line.find(": ");
-    if (colon != std::string::npos) lines.emplace(line.substr(0, colon), line.substr(colon + 2));
-  }
-  return lines;
-}
-
 class Planner {
  public:
   Planner(const SurveyProject& project, const SurveyOptions& options, std::uint64_t seed,
@@ -55,7 +42,7 @@ class Planner {
       : project_(project), base_{options, seed}, store_(store) {}
 
   RunPlan Make(const std::string& out_directory) {
-    stored_network_ = LinesOf(store_.Look(kNetworkName, {}).key_text);
+    stored_network_ = KeyLines(store_.Look(kNetworkName, {}).key_text);
     for (const StationSpec& spec : project_.stations) PlanStation(spec);
     SkipRefused();
     PlanPairs();
@@ -184,13 +171,7 @@ class Planner {
 
   void PlanOutputs(const std::string& out_directory) {
     const ArtifactKey base = OutputsKey(base_, project_, network_digest_);
-    for (const CloudOutput& cloud : MergedOutputs(project_, out_directory)) {
-      PlanOutput(cloud.path, CloudKey(cloud, {}, base));
-    }
-    for (const Station& station : stations_) {
-      if (!project_.outputs.stations) break;
-      CloudOutput cloud = *project_.outputs.stations;
-      cloud.path = StationCloudPath(cloud, station.spec.id);
+    for (const CloudOutput& cloud : AllClouds(project_, out_directory)) {
       PlanOutput(cloud.path, CloudKey(cloud, {}, base));
     }
     const MapOutput map = WantedMap(project_, out_directory);
@@ -210,19 +191,22 @@ class Planner {
   KeyBase base_;
   const ArtifactStore& store_;
   ScanFingerprints scans_{store_};
-  std::vector<Station> stations_;                      // of what a project says, with their digests
-  std::map<std::string, std::string> stored_network_;  // lines of its key
-  std::set<std::string> planned_;                      // "pair S2 S1"
+  std::vector<Station> stations_;  // of what a project says, with their digests
+  std::multimap<std::string, std::string> stored_network_;  // lines of its key
+  std::set<std::string> planned_;                           // "pair S2 S1"
   bool exhaustive_ = true;
   std::string network_digest_;
   RunPlan plan_;
 };
 
-bool AllDone(const std::vector<PlanItem>& items) {
-  return std::all_of(items.begin(), items.end(), [](const PlanItem& item) { return item.done(); });
-}
+bool AllDone(const std::vector<PlanItem>& items) { return CountDone(items) == items.size(); }
 
 }  // namespace
+
+std::size_t CountDone(const std::vector<PlanItem>& items) {
+  return static_cast<std::size_t>(
+      std::count_if(items.begin(), items.end(), [](const PlanItem& item) { return item.done(); }));
+}
 
 bool RunPlan::done() const {
   return AllDone(stations) && AllDone(pairs) && AllDone(network) && AllDone(outputs);

@@ -34,6 +34,9 @@ struct RunPlan {
 RunPlan MakeRunPlan(const SurveyProject& project, const SurveyOptions& options, std::uint64_t seed,
                     const std::string& out_directory, const ArtifactStore& store);
 
+/// How many are up to date.
+std::size_t CountDone(const std::vector<PlanItem>& items);
+
 /// "up to date", "missing", "outdated", "damaged".
 std::string ToString(ArtifactState::Kind kind);
 

@@ -1,6 +1,5 @@
 #include "pipeline/slurm_executor.h"
 
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,6 +10,8 @@
 
 #include "io/atomic_file.h"
 #include "io/folder_lock.h"
+#include "io/output_names.h"
+#include "io/utc_text.h"
 #include "pipeline/option_words.h"
 #include "pipeline/progress_file.h"
 #include "pipeline/run_outputs.h"
@@ -26,15 +27,6 @@ using std::chrono::seconds;
 constexpr const char* kSingleScript = "#!/bin/sh\nexec \"$@\"\n";
 constexpr const char* kArrayScript = "#!/bin/sh\nexec \"$@\" \"$SLURM_ARRAY_TASK_ID\"\n";
 
-std::string Absolute(const std::string& path) {
-  return fs::absolute(path).lexically_normal().string();
-}
-
-std::string NowUtc() {
-  const auto now = std::chrono::time_point_cast<seconds>(std::chrono::system_clock::now());
-  return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", now);
-}
-
 class Submitter {
  public:
   /// `earlier`: jobs of the same run.
@@ -42,13 +34,13 @@ class Submitter {
       : submission_(submission),
         earlier_(std::move(earlier)),
         jobs_(earlier_),
-        work_(Absolute(submission.work)),
+        work_(AbsolutePath(submission.work)),
         folder_(SlurmFolder(work_)),
         options_(SplitWords(submission.options, "--slurm-options")) {
     MakeDirectories((fs::path(folder_) / "logs").string());
     WriteTextFile(ScriptPath(0), kSingleScript);
     WriteTextFile(ScriptPath(1), kArrayScript);
-    if (jobs_.jobs.empty()) jobs_.submitted_utc = NowUtc();
+    if (jobs_.jobs.empty()) jobs_.submitted_utc = UtcText(std::chrono::system_clock::now());
   }
 
   /// `tasks` and `after` as in SlurmRequest; an array's tasks get their number as last argument.
@@ -82,8 +74,8 @@ class Submitter {
 
   /// `command`, the project, its folders and what it may use.
   std::vector<std::string> Arguments(const std::string& command) const {
-    return {command,       Absolute(submission_.project),
-            "--out",       Absolute(submission_.out),
+    return {command,       AbsolutePath(submission_.project),
+            "--out",       AbsolutePath(submission_.out),
             "--work",      work_,
             "--memory-gb", fmt::format("{}", submission_.memory_gb)};
   }
@@ -127,9 +119,7 @@ std::string SubmitCoordinator(Submitter* submitter, const SlurmSubmission& submi
 /// Counts what is up to date.
 void ShowItems(const char* stage, const std::vector<PlanItem>& items,
                const ExecutionContext& context) {
-  const auto done =
-      std::count_if(items.begin(), items.end(), [](const auto& i) { return i.done(); });
-  context.Progress(stage, static_cast<std::size_t>(done), items.size());
+  context.Progress(stage, CountDone(items), items.size());
 }
 
 bool Has(const std::vector<QueuedJob>& queued, const std::string& id) {

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <atomic>
 
-#include "core/archive.h"
 #include "core/error.h"
 #include "core/fingerprint.h"
 #include "pipeline/artifacts/artifact_keys.h"
+#include "pipeline/artifacts/load_artifact.h"
 #include "pipeline/artifacts/scan_fingerprints.h"
 #include "pipeline/artifacts/station_artifact.h"
 #include "stages/station_symmetries.h"
@@ -80,18 +80,6 @@ void ComputeStation(const SurveyOptions& options, const ExecutionContext& contex
   }
 }
 
-/// False, with the station as it was, where the bytes are none.
-bool Restore(const std::string& bytes, Station* station) {
-  const Station before = *station;
-  try {
-    RestoreStation(bytes, station);
-    return true;
-  } catch (const DamagedArchive&) {
-    *station = before;
-    return false;
-  }
-}
-
 /// From the store where it holds the station, otherwise from the scan.
 void LoadStation(const SurveyOptions& options, const ExecutionContext& context,
                  const ArtifactStore& store, ScanFingerprints* scans, Station* station) {
@@ -101,8 +89,15 @@ void LoadStation(const SurveyOptions& options, const ExecutionContext& context,
       StationKey({options, context.seed()}, station->spec, station->scan_fingerprint);
   const std::string name = StationArtifactName(station->spec.id);
   station->digest = key.Digest();
-  std::string bytes;
-  if (store.Load(name, key, &bytes) && Restore(bytes, station)) return;
+  auto restored = LoadArtifact(store, name, key, [&](std::string_view bytes) {
+    Station stored = *station;
+    RestoreStation(bytes, &stored);
+    return stored;
+  });
+  if (restored) {
+    *station = *std::move(restored);
+    return;
+  }
   ComputeStation(options, context, station);
   store.Store(name, key, StationBytes(*station));
 }
@@ -153,6 +148,7 @@ std::vector<Station> LoadStations(const std::vector<StationSpec>& specs,
                                   const SurveyOptions& options, const ExecutionContext& context,
                                   const ArtifactStore& store) {
   std::vector<Station> stations;
+  stations.reserve(specs.size());
   for (const StationSpec& spec : specs) stations.push_back(MakeStation(spec));
   ScanFingerprints scans(store);
   std::atomic<std::size_t> done = 0;

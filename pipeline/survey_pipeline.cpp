@@ -3,13 +3,11 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
-#include <string_view>
-#include <type_traits>
 #include <utility>
 
-#include "core/archive.h"
 #include "io/run_json.h"
 #include "pipeline/artifacts/artifact_keys.h"
+#include "pipeline/artifacts/load_artifact.h"
 #include "pipeline/artifacts/network_artifact.h"
 #include "pipeline/artifacts/pair_units.h"
 #include "pipeline/cloud_outputs.h"
@@ -45,24 +43,6 @@ class StageClock {
   std::vector<StageTime>* times_;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
-
-/// The stored result of the key, or a new one, which is stored then.
-template <class Compute, class Result = std::invoke_result_t<Compute>>
-Result Once(const ArtifactStore& store, const char* name, const ArtifactKey& key,
-            std::string (*to_bytes)(const Result&), Result (*from_bytes)(std::string_view),
-            Compute compute) {
-  std::string bytes;
-  if (store.Load(name, key, &bytes)) {
-    try {
-      return from_bytes(bytes);
-    } catch (const DamagedArchive&) {
-      bytes.clear();  // it is computed anew
-    }
-  }
-  Result result = compute();
-  if (store.keeps()) store.Store(name, key, to_bytes(result));
-  return result;
-}
 
 /// Throws NoRoom where memory is all that keeps the stations from being used.
 void RequireMemory(const std::vector<Station>& stations) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 
 #include "core/archive.h"
 #include "core/fingerprint.h"
@@ -21,12 +22,6 @@ void Transfer(Archive& archive, ControlPoint& point) {
 }
 
 namespace {
-
-std::string DigestOf(const std::string& bytes) {
-  Fingerprint fingerprint;
-  fingerprint.Add(std::string_view(bytes));
-  return fingerprint.Hex();
-}
 
 void AddOptions(const SurveyOptions& options, const std::vector<std::string>& sections,
                 ArtifactKey* key) {
@@ -66,10 +61,12 @@ void AddStations(const std::vector<Station>& stations, ArtifactKey* key) {
 
 }  // namespace
 
-std::string DigestOf(const CropBox& box) { return DigestOf(ToBytes(std::pair(box.min, box.max))); }
+std::string DigestOf(const CropBox& box) {
+  return FingerprintText(ToBytes(std::pair(box.min, box.max)));
+}
 
 std::string DigestOf(const std::vector<RigidTransform>& motions) {
-  return DigestOf(ToBytes(motions));
+  return FingerprintText(ToBytes(motions));
 }
 
 ArtifactKey StageKey(const KeyBase& base, std::string_view stage,
@@ -90,7 +87,7 @@ ArtifactKey StationKey(const KeyBase& base, const StationSpec& spec,
   key.Add("scan_index", std::to_string(spec.scan_index));
   key.Add("columns", ColumnsText(spec.columns));
   key.Add("scanner_origin_m",
-          spec.scanner_origin_m ? DigestOf(ToBytes(*spec.scanner_origin_m)) : "not given");
+          spec.scanner_origin_m ? FingerprintText(ToBytes(*spec.scanner_origin_m)) : "not given");
   return key;
 }
 
@@ -110,7 +107,7 @@ ArtifactKey RankingKey(const KeyBase& base, const std::vector<Station>& stations
                        const std::vector<char>& may_be_tried) {
   ArtifactKey key = StageKey(base, "ranking", {"pair_selection"});
   AddStations(stations, &key);
-  key.Add("may_be_tried", DigestOf(ToBytes(may_be_tried)));
+  key.Add("may_be_tried", FingerprintText(ToBytes(may_be_tried)));
   return key;
 }
 
@@ -139,7 +136,7 @@ ArtifactKey OutputsKey(const KeyBase& base, const SurveyProject& project,
   key.Add("network", network_digest);
   key.Add("crs", project.crs ? project.crs->horizontal + " " + project.crs->vertical : "none");
   for (const ControlPoint& point : project.control) {
-    key.Add("control " + point.id, DigestOf(ToBytes(point)));
+    key.Add("control " + point.id, FingerprintText(ToBytes(point)));
   }
   return key;
 }
@@ -158,12 +155,18 @@ void AddGround(const std::vector<Station>& stations, const Network& network,
     Eigen::Vector3d high = ground.OutputFromEnu(*pose * stations[s].model.max);
     places(scale, low, high);
   }
-  key->Add("ground", DigestOf(places.Take()));
+  key->Add("ground", FingerprintText(places.Take()));
 }
 
 std::string PairArtifactName(const std::string& source, const std::string& target,
                              std::string_view method) {
   return fmt::format("pairs/{}__{}/{}", source, target, method);
+}
+
+std::string FileArtifactName(std::string_view folder, const std::string& path) {
+  constexpr std::size_t kTold = 8;  // digits
+  return fmt::format("{}/{:.100}-{}", folder, std::filesystem::path(path).filename().string(),
+                     FingerprintText(path).substr(0, kTold));
 }
 
 std::string StationArtifactName(const std::string& station) {

@@ -60,6 +60,8 @@ std::string DigestOf(const CropBox& box);
 std::string PairArtifactName(const std::string& source, const std::string& target,
                              std::string_view method);
 std::string StationArtifactName(const std::string& station);
+/// "scans/S1.ptx-1f2e3d4c": of a file, by its name for people and its path for the program.
+std::string FileArtifactName(std::string_view folder, const std::string& path);
 inline constexpr const char* kRankingName = "network/ranking";
 inline constexpr const char* kNetworkName = "network/network";
 inline constexpr const char* kMovingName = "network/moving";

@@ -1,13 +1,12 @@
 #include "pipeline/artifacts/output_units.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <filesystem>
 #include <optional>
 
-#include "core/archive.h"
-#include "core/fingerprint.h"
+#include "io/output_names.h"
+#include "pipeline/artifacts/artifact_keys.h"
+#include "pipeline/artifacts/load_artifact.h"
 #include "pipeline/output_files.h"
 
 namespace backsight {
@@ -68,28 +67,17 @@ void MoveTo(const std::string& path, std::vector<OutputRecord>* files) {
 
 std::optional<Receipt> LoadReceipt(const ArtifactStore& store, const std::string& name,
                                    const ArtifactKey& key, const std::string& path) {
-  std::string bytes;
-  if (!store.Load(name, key, &bytes)) return std::nullopt;
-  try {
+  return LoadArtifact(store, name, key, [&](std::string_view bytes) {
     auto receipt = FromBytes<Receipt>(bytes);
     MoveTo(path, &receipt.output.files);
     return receipt;
-  } catch (const DamagedArchive&) {
-    return std::nullopt;
-  }
-}
-
-std::string Absolute(const std::string& path) {
-  return fs::absolute(path).lexically_normal().string();
+  });
 }
 
 }  // namespace
 
 std::string OutputArtifactName(const std::string& path) {
-  Fingerprint fingerprint;
-  fingerprint.Add(std::string_view(Absolute(path)));
-  return fmt::format("outputs/{:.100}-{:08x}", fs::path(path).filename().string(),
-                     fingerprint.Value64() & 0xFFFFFFFFU);
+  return FileArtifactName("outputs", AbsolutePath(path));
 }
 
 bool LiesAsWritten(const ArtifactStore& store, const std::string& path) {
@@ -102,7 +90,7 @@ bool LiesAsWritten(const ArtifactStore& store, const std::string& path) {
 OutputFiles WriteOnce(const ArtifactStore& store, const std::string& path, ArtifactKey key,
                       const ExecutionContext& context, const std::function<OutputFiles()>& write) {
   if (!store.keeps()) return write();
-  key.Add("path", Absolute(path));
+  key.Add("path", AbsolutePath(path));
   const std::string name = OutputArtifactName(path);
   if (std::optional<Receipt> earlier = LoadReceipt(store, name, key, path)) {
     if (LiesThere(*earlier)) return std::move(earlier->output);

@@ -2,7 +2,7 @@
 
 #include <new>
 
-#include "core/archive.h"
+#include "pipeline/artifacts/load_artifact.h"
 #include "pipeline/artifacts/pair_artifact.h"
 
 namespace backsight {
@@ -89,13 +89,15 @@ std::string PairUnits::NameOf(const PairAttempt& attempt, const Pair& pair) cons
 
 bool PairUnits::Restore(const PairAttempt& attempt, Pair* pair) const {
   const ArtifactKey key = KeyOf(attempt, *pair);
-  std::string bytes;
-  if (!store_.Load(NameOf(attempt, *pair), key, &bytes)) return false;
-  try {
-    RestorePair(bytes, pair);
-  } catch (const DamagedArchive&) {
-    return false;
-  }
+  auto restored = LoadArtifact(store_, NameOf(attempt, *pair), key, [&](std::string_view bytes) {
+    Pair stored;
+    stored.source = pair->source;
+    stored.target = pair->target;
+    RestorePair(bytes, &stored);
+    return stored;
+  });
+  if (!restored) return false;
+  *pair = *std::move(restored);
   pair->digest = key.Digest();
   return true;
 }

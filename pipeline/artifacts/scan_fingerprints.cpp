@@ -3,9 +3,8 @@
 #include <fmt/format.h>
 #include <sys/stat.h>
 
-#include <filesystem>
-
 #include "core/fingerprint.h"
+#include "pipeline/artifacts/artifact_keys.h"
 
 namespace backsight {
 namespace {
@@ -23,13 +22,6 @@ ArtifactKey KeyOf(const std::string& path) {
   return key;
 }
 
-std::string NameOf(const std::string& path) {
-  Fingerprint fingerprint;
-  fingerprint.Add(std::string_view(path));
-  return fmt::format("scans/{:.100}-{:08x}", std::filesystem::path(path).filename().string(),
-                     fingerprint.Value64() & 0xFFFFFFFFU);
-}
-
 }  // namespace
 
 std::string ScanFingerprints::Of(const std::string& path, const ExecutionContext& context) {
@@ -38,7 +30,7 @@ std::string ScanFingerprints::Of(const std::string& path, const ExecutionContext
     const auto known = known_.find(path);
     if (known != known_.end()) return known->second;
   }
-  const std::string name = NameOf(path);
+  const std::string name = FileArtifactName("scans", path);
   const ArtifactKey before = KeyOf(path);
   std::string fingerprint;
   if (!store_.Load(name, before, &fingerprint)) {

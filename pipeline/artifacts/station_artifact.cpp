@@ -1,7 +1,5 @@
 #include "pipeline/artifacts/station_artifact.h"
 
-#include <numbers>
-
 #include "core/archive.h"
 
 namespace backsight {

@@ -59,8 +59,8 @@ int PrintDryRun(const RunFolders& folders);
 /// What is done, what is left, and the run that is going.
 int StatusCommand(const RunFolders& folders);
 
-/// `out`: the folder of results; empty: out/ beside the project file.
-int ReportCommand(const std::string& project, const std::string& out);
+/// Writes the page of the last run's report again.
+int ReportCommand(const RunFolders& folders);
 
 int CheckCommand(const std::string& project);
 

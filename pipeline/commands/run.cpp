@@ -1,4 +1,3 @@
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <sys/resource.h>
 
@@ -14,6 +13,7 @@
 #include "io/atomic_file.h"
 #include "io/folder_lock.h"
 #include "io/run_json.h"
+#include "io/utc_text.h"
 #include "pipeline/checked_project.h"
 #include "pipeline/commands/commands.h"
 #include "pipeline/commands/run_on_slurm.h"
@@ -58,8 +58,7 @@ void WriteManifest(const SurveyProject& project, const SurveyOptions& options, c
   for (std::size_t s = 0; s < project.stations.size(); ++s) {
     manifest.inputs.emplace_back(project.stations[s].scan, run.scan_fingerprints[s]);
   }
-  manifest.started_utc = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}",
-                                     std::chrono::time_point_cast<std::chrono::seconds>(start));
+  manifest.started_utc = UtcText(start);
   manifest.wall_s = std::chrono::duration<double>(Clock::now() - start).count();
   manifest.peak_memory_mb = PeakMemoryMb();
   manifest.threads = threads;
@@ -79,14 +78,12 @@ TerminalEvents::Verbosity VerbosityOf(const RunArguments& arguments) {
 
 RunStart DescribeStart(const SurveyProject& project, const SurveyOptions& options, int threads,
                        const std::string& out) {
-  Fingerprint fingerprint;
-  fingerprint.Add(EffectiveOptions(options));
   return {.project = project.path,
           .name = project.name,
           .out = out,
           .stations = static_cast<int>(project.stations.size()),
           .threads = threads,
-          .options_fingerprint = fingerprint.Hex()};
+          .options_fingerprint = FingerprintText(EffectiveOptions(options))};
 }
 
 int ThreadsOf(const RunArguments& arguments, const SurveyProject& project) {

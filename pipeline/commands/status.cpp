@@ -1,7 +1,5 @@
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <filesystem>
 #include <map>
 
 #include "io/artifact_store.h"
@@ -48,9 +46,7 @@ void PrintItems(const std::vector<PlanItem>& items) {
 }
 
 void PrintGroup(const std::string& name, const std::vector<PlanItem>& items) {
-  const auto done =
-      std::count_if(items.begin(), items.end(), [](const PlanItem& item) { return item.done(); });
-  fmt::print("{}: {} of {} up to date\n", name, done, items.size());
+  fmt::print("{}: {} of {} up to date\n", name, CountDone(items), items.size());
   PrintItems(items);
 }
 

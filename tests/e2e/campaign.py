@@ -24,5 +24,11 @@ def simulate(folder):
             "outputs: {merged: [], map: none}\n")
 
 
+def files_of(out):
+    """By relative path, but for what tells of the run: the manifest, and who wrote last."""
+    return sorted(str(path.relative_to(out)) for path in out.rglob("*")
+                  if path.is_file() and path.name not in ("manifest.json", "run.lock"))
+
+
 def run(*arguments, **options):
     return subprocess.run([PROGRAM, "run", *arguments], capture_output=True, **options)

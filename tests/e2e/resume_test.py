@@ -41,13 +41,6 @@ def start(project, threads):
                             stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
 
 
-def outputs_of(folder):
-    """Every file of out/ by its relative path, but for the manifest, which holds times."""
-    out = folder / "out"
-    return sorted(str(path.relative_to(out)) for path in out.rglob("*")
-                  if path.is_file() and path.name not in ("manifest.json", "run.lock"))
-
-
 def artifacts_of(folder):
     """What is finished, and when each was written."""
     return {str(path.relative_to(folder)): (path.stat().st_mtime_ns, path.stat().st_ino)
@@ -94,8 +87,8 @@ class Resume(unittest.TestCase):
         return [line for line in stderr.decode().splitlines() if "damaged" in line]
 
     def expect_reference(self):
-        names = outputs_of(self.folder)
-        self.assertEqual(names, outputs_of(self.reference))
+        names = campaign.files_of(self.folder / "out")
+        self.assertEqual(names, campaign.files_of(self.reference / "out"))
         _, differing, errors = filecmp.cmpfiles(self.folder / "out", self.reference / "out", names,
                                                 shallow=False)
         self.assertEqual((differing, errors), ([], []))

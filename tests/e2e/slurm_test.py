@@ -17,12 +17,6 @@ import campaign
 import slurm_cluster
 
 
-def files_of(out):
-    """By relative path, but for the manifest, which holds times."""
-    return sorted(str(path.relative_to(out)) for path in out.rglob("*")
-                  if path.is_file() and path.name not in ("manifest.json", "run.lock"))
-
-
 def interrupt(process):
     process.send_signal(signal.SIGINT)
     return process.communicate(timeout=60)
@@ -89,8 +83,8 @@ class Slurm(unittest.TestCase):
                          sorted((self.folder / "work" / "slurm" / "logs").iterdir()))
 
     def expect_local_bytes(self):
-        names = files_of(self.folder / "out")
-        self.assertEqual(names, files_of(self.reference / "out"))
+        names = campaign.files_of(self.folder / "out")
+        self.assertEqual(names, campaign.files_of(self.reference / "out"))
         _, differing, errors = filecmp.cmpfiles(self.folder / "out", self.reference / "out", names,
                                                 shallow=False)
         self.assertEqual((differing, errors), ([], []))
@@ -152,8 +146,8 @@ class Slurm(unittest.TestCase):
         follower = self.follow()
         _, stderr = follower.communicate(timeout=1200)
         self.assertEqual(follower.returncode, 0, stderr + self.logs())
-        names = files_of(self.folder / "out")
-        self.assertEqual(names, files_of(grown / "out"))
+        names = campaign.files_of(self.folder / "out")
+        self.assertEqual(names, campaign.files_of(grown / "out"))
         self.assertEqual(filecmp.cmpfiles(self.folder / "out", grown / "out", names,
                                           shallow=False)[1:], ([], []))
         work = self.folder / "work"
