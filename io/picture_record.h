@@ -25,6 +25,8 @@ struct PictureStop {
 struct PictureScale {
   std::string label;  ///< with the unit
   std::vector<PictureStop> stops;
+  bool open_below = true;  ///< the first colour also stands for values below it
+  bool open_above = true;  ///< the last colour also stands for values above it
 };
 
 /// A line drawn over a picture: where a section was cut. In the picture's metres.

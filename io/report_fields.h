@@ -91,18 +91,18 @@ void VisitFields(Visitor& v, Record& r) {
   v.FieldIf(aligned, "conflict", r.conflict);
   v.FieldIf(aligned, "agreement", r.agreement);
   v.FieldIf(aligned, "overlap", r.overlap);
-  v.FieldIf(refined, "rms_m", r.rms_m);
+  v.Field("rms_m", r.rms_m);
   v.Field("fine_status", r.fine_status);
   v.Field("correspondences", r.correspondences);
   v.Field("consensus", r.consensus);
   v.Field("consensus_null", r.consensus_null);
   v.FieldIf(refined, "planes", r.planes);
-  v.FieldIf(refined, "weakest_sigma_m", r.weakest_sigma_m);
+  v.Field("weakest_sigma_m", r.weakest_sigma_m);
   v.Field("weakest", r.weakest);
   v.FieldIf(refined, "iterations", r.iterations);
-  v.FieldIf(refined, "network_weight", r.network_weight);
-  v.FieldIf(refined, "network_residual_m", r.network_residual_m);
-  v.FieldIf(refined, "network_residual_deg", r.network_residual_deg);
+  v.Field("network_weight", r.network_weight);
+  v.Field("network_residual_m", r.network_residual_m);
+  v.Field("network_residual_deg", r.network_residual_deg);
   v.Field("loop_controlled", r.loop_controlled);
   v.Field("covariance", r.covariance);
   v.Field("held_out", r.held_out);
@@ -171,13 +171,15 @@ void VisitFields(Visitor& v, Record& r) {
   v.Field("crs", r.crs);
   v.Field("heights", r.heights);
   v.Field("origin_deg_deg_m", r.origin_deg_deg_m);
+  v.Field("origin_crs_m", r.origin_crs_m);
   v.Field("convergence_deg", r.convergence_deg);
   v.Field("point_scale", r.point_scale);
-  v.Field("enu_from_survey", r.enu_from_survey);
-  v.Field("scale", r.scale);
+  const bool placed = r.placed();
+  v.FieldIf(placed, "enu_from_survey", r.enu_from_survey);
+  v.FieldIf(placed, "scale", r.scale);
   v.Field("scale_test", r.scale_test);
-  v.Field("redundancy", r.redundancy);
-  v.Field("variance_factor", r.variance_factor);
+  v.FieldIf(placed, "redundancy", r.redundancy);
+  v.FieldIf(placed, "variance_factor", r.variance_factor);
   v.Field("points", r.points);
   v.Field("check", r.check);
 }
@@ -252,6 +254,8 @@ template <typename Visitor, RecordOf<PictureScale> Record>
 void VisitFields(Visitor& v, Record& r) {
   v.Field("label", r.label);
   v.Field("stops", r.stops);
+  v.Field("open_below", r.open_below);
+  v.Field("open_above", r.open_above);
 }
 
 template <typename Visitor, RecordOf<PictureLine> Record>
@@ -288,6 +292,7 @@ void VisitFields(Visitor& v, Record& r) {
   v.Field("network", r.run.network);
   v.Field("components", r.run.components);
   v.Field("closures", r.run.closures);
+  v.Field("survey_points", r.run.survey_points);
   v.Field("georeference", r.run.georeference);
   v.Field("poses", r.run.poses);
   v.Field("links", r.run.links);

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "io/html_table.h"
 #include "io/html_text.h"
 #include "io/report_vectors.h"
@@ -19,12 +22,17 @@ std::string Chain(const GeoreferenceRecord& g) {
   std::string text;
   if (g.origin_deg_deg_m) {
     text += fmt::format(
-        "Adjusted in a local frame (east, north, up) at latitude {}&deg;, longitude {}&deg;, "
-        "ellipsoidal height {} m; grid convergence there {}&deg;, point scale {}. Points are "
-        "converted one by one. ",
+        "Adjusted in a local frame (east, <b>true</b> north, up) at latitude {}&deg;, longitude "
+        "{}&deg;, ellipsoidal height {} m; grid convergence there {}&deg; (grid north lies that "
+        "much clockwise of true north), point scale {}. Points are converted one by one. ",
         FixedText(g.origin_deg_deg_m->x(), 7, field), FixedText(g.origin_deg_deg_m->y(), 7, field),
         FixedText(g.origin_deg_deg_m->z(), 3, field), FixedText(g.convergence_deg, 5, field),
         FixedText(g.point_scale, 7, field));
+  }
+  if (g.origin_crs_m) {
+    text += fmt::format(
+        "Its zero is E {}, N {}, H {} m. ", FixedText(g.origin_crs_m->x(), 3, field),
+        FixedText(g.origin_crs_m->y(), 3, field), FixedText(g.origin_crs_m->z(), 3, field));
   }
   const std::string scale =
       g.scale_test ? fmt::format("{} &plusmn; {} ppm", FixedText(g.scale_test->off_ppm, 1, field),
@@ -35,6 +43,24 @@ std::string Chain(const GeoreferenceRecord& g) {
                   g.redundancy, FixedText(g.variance_factor, 2, field), scale,
                   FixedText(1e6 * (g.scale - 1.0), 1, field));
   return HtmlSentence(text);
+}
+
+/// The largest |w| of the axes that anything else checks, and those that nothing does.
+std::string WorstW(const SurveyPointRecord& p, const std::string& field) {
+  if (!p.w) return {};
+  double worst = -1.0;
+  std::string unchecked;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (p.checked[axis]) {
+      worst = std::max(worst, std::abs((*p.w)[static_cast<Eigen::Index>(axis)]));
+    } else {
+      unchecked += "ENH"[axis];
+    }
+  }
+  std::string text;
+  if (worst >= 0.0) text = FixedText(worst, 2, field);
+  if (!unchecked.empty()) text += HtmlMark(false, fmt::format("unchecked: {}", unchecked));
+  return text;
 }
 
 std::string ControlTable(const GeoreferenceRecord& g) {
@@ -56,7 +82,7 @@ std::string ControlTable(const GeoreferenceRecord& g) {
       cells.push_back(p.free_residual_m ? Mm((*p.free_residual_m)[axis], field) : "");
     }
     for (int axis = 0; axis < 3; ++axis) cells.push_back(Mm(p.residual_m[axis], field));
-    cells.push_back(p.w ? FixedText(p.w->cwiseAbs().maxCoeff(), 2, field) : "");
+    cells.push_back(WorstW(p, field));
     cells.push_back(HtmlMark(!p.excluded, p.excluded ? "blunder, excluded" : "used"));
     table.Row(cells, p.excluded ? "off" : "");
   }
@@ -64,7 +90,7 @@ std::string ControlTable(const GeoreferenceRecord& g) {
          HtmlSentence(
              "<span class=\"soft\">Network less given coordinates. Free: the network moved as a "
              "whole. Then: network and control adjusted together. w: Baarda's standardised "
-             "residual.</span>");
+             "residual; unchecked: nothing else would show an error of this coordinate.</span>");
 }
 
 std::string CheckTable(const GeoreferenceRecord& g) {
@@ -104,7 +130,12 @@ std::string CheckTable(const GeoreferenceRecord& g) {
 
 std::string GeoreferenceSection(const RunRecord& run) {
   if (run.georeference.empty()) {
-    return HtmlSentence("The project gives neither: nothing independent tests the coordinates.");
+    return HtmlSentence(
+        run.survey_points == 0
+            ? "The project gives neither: nothing independent tests the coordinates."
+            : fmt::format("The project gives {}, but there is no network that they "
+                          "could tie to the ground.",
+                          run.survey_points));
   }
   std::string html;
   for (const GeoreferenceRecord& g : run.georeference) {

@@ -34,16 +34,16 @@ std::string WorstSigmaCard(const RunRecord& run) {
 }
 
 /// `figure` of the accepted link where it is largest.
-std::string WorstLinkCard(const RunRecord& run, double LinkRecord::*figure,
+std::string WorstLinkCard(const RunRecord& run, std::optional<double> LinkRecord::*figure,
                           const std::string& meaning) {
   const LinkRecord* worst = nullptr;
   for (const LinkRecord& link : run.links) {
-    if (link.status != LinkStatus::kAccepted) continue;
-    if (worst == nullptr || link.*figure > worst->*figure) worst = &link;
+    if (link.status != LinkStatus::kAccepted || !(link.*figure)) continue;
+    if (worst == nullptr || *(link.*figure) > *(worst->*figure)) worst = &link;
   }
   if (worst == nullptr) return {};
   const std::string name = worst->source + " \xe2\x80\x93 " + worst->target;
-  return Card(FixedText(1000 * worst->*figure, 1, meaning + " of link " + name) + " mm",
+  return Card(FixedText(1000 * *(worst->*figure), 1, meaning + " of link " + name) + " mm",
               meaning + ": " + HtmlText(name));
 }
 
@@ -51,7 +51,7 @@ std::string DistanceCard(const RunRecord& run) {
   if (!run.distances) return {};
   const DistanceFigures& total = run.distances->total;
   return Card(FixedText(1000 * total.p95_m, 1, "distances") + " mm",
-              "95 % of the surfaces seen by two stations are no further apart (median " +
+              "95 % of the compared surfaces of two stations are no further apart (median " +
                   FixedText(1000 * total.median_m, 1, "distances") + " mm)");
 }
 
@@ -97,6 +97,29 @@ std::string Gates(const RunRecord& run) {
   return table.Finish();
 }
 
+/// What is said of components that are tied to the ground, or not, unlike the main one.
+std::string OtherComponents(const RunRecord& run, bool placed) {
+  std::string numbers;
+  for (const GeoreferenceRecord& g : run.georeference) {
+    if (g.component == 0 || g.placed() != placed) continue;
+    numbers += (numbers.empty() ? "" : ", ") + std::to_string(ComponentNumber(g.component));
+  }
+  if (numbers.empty()) return {};
+  return placed ? fmt::format(" That is the main network; control ties component {} to <b>{}</b>.",
+                              numbers, HtmlText(run.georeference.front().crs))
+                : fmt::format(" <b>Not so component {}</b>, which stays in its own survey frame.",
+                              numbers);
+}
+
+std::string Verdict(const RunRecord& run) {
+  const std::size_t warnings = run.warnings.size();
+  return fmt::format("<div class=\"verdict{}\">{}{}</div>\n", run.exit_code == 0 ? " pass" : "",
+                     HtmlMark(run.exit_code == 0, run.verdict),
+                     warnings == 0 ? ""
+                                   : fmt::format(" <span class=\"soft\">{} warning{} below.</span>",
+                                                 warnings, warnings == 1 ? "" : "s"));
+}
+
 std::string Warnings(const RunRecord& run) {
   if (run.warnings.empty()) return HtmlSentence("None.");
   std::string html = "<ul>\n";
@@ -107,26 +130,27 @@ std::string Warnings(const RunRecord& run) {
 }  // namespace
 
 std::string FrameSentence(const RunRecord& run) {
-  const auto placed = std::find_if(run.georeference.begin(), run.georeference.end(),
-                                   [](const GeoreferenceRecord& g) { return g.placed(); });
-  if (placed == run.georeference.end()) {
+  if (run.georeference.empty() || !run.georeference.front().placed()) {
     return "Coordinates: <b>survey frame</b>, a local frame in metres with the axes and the origin "
            "of the first station of each component. " +
-           std::string(run.georeference.empty()
+           std::string(run.survey_points == 0
                            ? "The project gives no control: no reference system, no vertical datum."
                            : "Control did not tie it to the ground: no reference system, no "
-                             "vertical datum.");
+                             "vertical datum.") +
+           OtherComponents(run, /*placed=*/true);
   }
-  const GeoreferenceRecord& g = *placed;
+  const GeoreferenceRecord& g = run.georeference.front();
   if (!g.origin_deg_deg_m) {
     return "Coordinates: <b>" + HtmlText(g.crs) +
-           "</b> in metres, a local grid: no map projection, heights in the control's own datum.";
+           "</b> in metres, a local grid: no map projection, heights in the control's own datum." +
+           OtherComponents(run, /*placed=*/false);
   }
   return fmt::format(
-      "Coordinates: <b>{}</b>; heights: <b>{}</b>. Way there: station &rarr; survey frame "
-      "&rarr; local frame (east, north, up) on the ellipsoid &rarr; geographic &rarr; projection "
-      "and height, point by point.",
-      HtmlText(g.crs), HtmlText(g.heights.empty() ? "as given" : g.heights));
+             "Coordinates: <b>{}</b>; heights: <b>{}</b>. Way there: station &rarr; survey frame "
+             "&rarr; local frame (east, north, up) on the ellipsoid &rarr; geographic &rarr; "
+             "projection and height, point by point.",
+             HtmlText(g.crs), HtmlText(g.heights.empty() ? "as given" : g.heights)) +
+         OtherComponents(run, /*placed=*/false);
 }
 
 std::string ReportHead(const ReportDocument& document) {
@@ -135,9 +159,7 @@ std::string ReportHead(const ReportDocument& document) {
              "<h1>{}</h1>\n<p class=\"soft\">Registration report, Backsight {}</p>\n"
              "<p class=\"frame\">{}</p>\n",
              HtmlText(run.project_name), HtmlText(run.version), FrameSentence(run)) +
-         fmt::format("<div class=\"verdict{}\">{}</div>\n", run.exit_code == 0 ? " pass" : "",
-                     HtmlText(run.verdict)) +
-         Cards(run) + Gates(run) + "<h2>Warnings</h2>\n" + Warnings(run);
+         Verdict(run) + Cards(run) + Gates(run) + "<h2>Warnings</h2>\n" + Warnings(run);
 }
 
 }  // namespace backsight

@@ -154,33 +154,36 @@ std::string LinkTable(const RunRecord& run) {
     const std::string field = FieldOf(link);
     const auto target = poses.find(link.target);
     const auto distance = distances.find({link.source, link.target});
-    const auto mm = [&](bool known, double metres, int decimals) {
-      return known ? FixedText(1000 * metres, decimals, field) : std::string();
+    const auto mm = [&](const std::optional<double>& metres, int decimals) {
+      return metres ? FixedText(1000 * *metres, decimals, field) : std::string();
     };
     const bool apart = distance != distances.end();
+    const DistanceFigures figures = apart ? distance->second : DistanceFigures();
     const bool directed = link.weakest && target != poses.end();
-    table.Row({PairName(link.source, link.target), FixedText(100 * link.overlap, 0, field),
-               mm(link.fine.has_value(), link.rms_m, 2),
-               mm(apart, apart ? distance->second.median_m : 0.0, 1),
-               mm(apart, apart ? distance->second.p95_m : 0.0, 1),
-               mm(link.weakest.has_value(), link.weakest ? link.weakest->sigma_m : 0.0, 2),
-               directed
-                   ? DirectionText(ShownPose(*target->second).rotation * link.weakest->direction)
-                   : "",
-               fmt::format("<i class=\"key r{}\"></i>{}", ResidualClass(link.network_residual_m),
-                           FixedText(1000 * link.network_residual_m, 1, field)),
-               FixedText(link.network_residual_deg, 4, field), LoopMark(link)});
+    table.Row(
+        {PairName(link.source, link.target), FixedText(100 * link.overlap, 0, field),
+         mm(link.rms_m, 2), apart ? mm(figures.median_m, 1) : "", apart ? mm(figures.p95_m, 1) : "",
+         link.weakest ? mm(link.weakest->sigma_m, 2) : "",
+         directed ? DirectionText(ShownPose(*target->second).rotation * link.weakest->direction)
+                  : "",
+         link.network_residual_m
+             ? fmt::format("<i class=\"key r{}\"></i>{}", ResidualClass(*link.network_residual_m),
+                           mm(link.network_residual_m, 1))
+             : "",
+         link.network_residual_deg ? FixedText(*link.network_residual_deg, 4, field) : "",
+         LoopMark(link)});
   }
   return table.Finish() +
          HtmlSentence(
-             "<span class=\"soft\">RMS: root mean square of the distances of points of both "
-             "stations from the planes they share, over all adjusted planes of the pair alone. "
-             "Surfaces: distances after the adjustment of the whole network (defined below). "
-             "Weakest "
-             "&sigma;: formal standard deviation of the source scanner's place in the direction "
-             "that "
-             "the pair alone determines least, and that direction; azimuth from the plan's upward "
-             "axis, clockwise. Network residual: the link less the adjusted network.</span>");
+             "<span class=\"soft\">RMS: root mean square distance of points of both stations from "
+             "the pair's common planes as its planar adjustment left them; what one station has of "
+             "one plane counts as 50 points at most, and the planes of cells that are not quite "
+             "flat count too. It tells pairs from each other; errors show in the surfaces. Empty: "
+             "no planes. Surfaces: distances between both stations' surfaces where they finally "
+             "stand (defined below). Weakest &sigma;: formal standard deviation of the source "
+             "scanner's place in the direction that the pair alone determines least, and that "
+             "direction; azimuth from the plan's upward axis, clockwise. Network residual: how far "
+             "the source stands apart, by the link and by the adjusted network.</span>");
 }
 
 std::string LinkOriginTable(const RunRecord& run) {
@@ -203,7 +206,8 @@ std::string LinkOriginTable(const RunRecord& run) {
                std::to_string(link.consensus), std::to_string(link.consensus_null),
                std::to_string(link.candidates), FixedText(100 * link.conflict, 1, field),
                FixedText(link.agreement, 2, field), std::to_string(link.planes),
-               std::to_string(link.iterations), FixedText(link.network_weight, 2, field),
+               std::to_string(link.iterations),
+               link.network_weight ? FixedText(*link.network_weight, 2, field) : "",
                HtmlText(CodeWords(link.fine_status))});
   }
   return "<h3>How the links were found</h3>\n" + table.Finish();

@@ -27,15 +27,19 @@ std::string ComponentTable(const RunRecord& run) {
                     {"rounds", true},
                     {"iterations", true},
                     {"planes' &sigma; factor", true}});
+  const auto figure = [](const std::optional<double>& value, double factor,
+                         const std::string& field) {
+    return value ? FixedText(factor * *value, 2, field) : std::string();
+  };
   for (const ComponentRecord& c : run.components) {
     const std::string number = std::to_string(ComponentNumber(c.component));
     const std::string field = "component " + number;
     links.Row({number, std::to_string(c.stations), std::to_string(c.links),
                std::to_string(c.redundancy), FixedText(c.sigma_factor, 2, field),
-               HtmlText(c.weakest_station), FixedText(1000 * c.weakest_sigma_m, 2, field)});
+               HtmlText(c.weakest_station), figure(c.weakest_sigma_m, 1000.0, field)});
     planes.Row({number, HtmlText(CodeWords(c.refinement)), std::to_string(c.planes),
                 std::to_string(c.observations), std::to_string(c.rounds),
-                std::to_string(c.iterations), FixedText(c.plane_sigma_factor, 2, field)});
+                std::to_string(c.iterations), figure(c.plane_sigma_factor, 1.0, field)});
   }
   return links.Finish() + planes.Finish();
 }

@@ -101,8 +101,23 @@ std::string Lines(const PictureRecord& p) {
   return svg;
 }
 
-std::string StopText(double value) {
-  return std::abs(value) >= 100.0 ? fmt::format("{:.0f}", value) : fmt::format("{:.3g}", value);
+/// The value of a stop with as many decimals as tell it from its neighbour, three digits at least.
+std::string StopText(const PictureScale& scale, std::size_t i) {
+  const double value = scale.stops[i].value;
+  const std::size_t other = i + 1 < scale.stops.size() ? i + 1 : i - 1;
+  const double step = std::abs(scale.stops[other].value - value);
+  const auto decimals = [](double size, double digits) {
+    return size > 0.0 ? std::clamp(digits - 1.0 - std::floor(std::log10(size)), 0.0, 6.0) : 0.0;
+  };
+  const double wanted = std::max(decimals(step, 1.0), decimals(std::abs(value), 3.0));
+  return FixedText(value, static_cast<int>(wanted), "colour scale");
+}
+
+/// Signs at the ends that stand for all beyond them.
+std::string OpenEnd(const PictureScale& scale, std::size_t i) {
+  if (i == 0 && scale.open_below) return "&le; ";
+  if (i + 1 == scale.stops.size() && scale.open_above) return "&ge; ";
+  return {};
 }
 
 /// A vertical bar of the colours, highest on top, beside the picture.
@@ -129,7 +144,7 @@ std::string ScaleSvg(const PictureRecord& p, std::size_t number) {
     svg += fmt::format(
         "<path class=\"tick\" d=\"M{0:.1f} {1:.1f}h5\"/><text class=\"note\" "
         "x=\"{2:.1f}\" y=\"{3:.1f}\">{4}</text>\n",
-        x + 16, y, x + 25, y + 4.5, StopText(stops[i].value));
+        x + 16, y, x + 25, y + 4.5, OpenEnd(*p.scale, i) + StopText(*p.scale, i));
   }
   return svg;
 }

@@ -120,14 +120,15 @@ class Plan {
     const Eigen::Vector2d a = OnSheet(link.source);
     const Eigen::Vector2d b = OnSheet(link.target);
     const std::string name = HtmlText(link.source + " \xe2\x80\x93 " + link.target);
-    const std::string meaning =
-        accepted ? FixedText(1000 * link.network_residual_m, 1, "network_residual_m") + " mm"
-                 : HtmlText(ToString(link.status) + ": " + link.reason);
+    const double residual_m = link.network_residual_m.value_or(0.0);
+    const std::string meaning = accepted
+                                    ? FixedText(1000 * residual_m, 1, "network_residual_m") + " mm"
+                                    : HtmlText(ToString(link.status) + ": " + link.reason);
     std::string svg = fmt::format(
         "<line class=\"link {}\" x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\">"
         "<title>{}: {}</title></line>\n",
-        accepted ? fmt::format("accepted r{}", ResidualClass(link.network_residual_m)) : "rejected",
-        a.x(), a.y(), b.x(), b.y(), name, meaning);
+        accepted ? fmt::format("accepted r{}", ResidualClass(residual_m)) : "rejected", a.x(),
+        a.y(), b.x(), b.y(), name, meaning);
     if (accepted && link.loop_controlled == false) {
       const Eigen::Vector2d m = a + 0.35 * (b - a);
       svg += fmt::format(
@@ -193,7 +194,7 @@ std::string Legend() {
   html += LegendLine("r1", "up to " + mm(limits[1]) + " mm");
   html += LegendLine("r2", "up to " + mm(limits[2]) + " mm");
   html += LegendLine("r3", "above " + mm(limits[2]) + " mm");
-  html += LegendLine("rejected", "rejected or failed");
+  html += LegendLine("rejected", "doubtful, rejected or failed");
   html +=
       "<span><svg width=\"18\" height=\"18\"><path class=\"noloop\" d=\"M9 2l7 7l-7 7l-7 -7z\"/>"
       "</svg>uncontrolled: on no loop</span>\n";
@@ -225,24 +226,37 @@ std::optional<Matrix6d> ShownCovariance(const PoseRecord& pose) {
   return pose.ground ? std::optional(pose.ground->covariance) : pose.covariance;
 }
 
+bool IsTrueNorth(const RunRecord& run) {
+  return std::any_of(run.georeference.begin(), run.georeference.end(),
+                     [](const GeoreferenceRecord& g) { return g.origin_deg_deg_m.has_value(); });
+}
+
 std::string PlanSvg(const RunRecord& run, int component) {
   Poses poses = PosesOf(run, component);
   if (poses.empty()) throw InternalError("plan view of a component without stations");
   const Plan plan(run, std::move(poses));
   double factor = 0.0;
   const std::string ellipses = plan.Ellipses(&factor);
+  const std::string local = IsTrueNorth(run) ? "local " : "";
   const std::string svg =
       plan.sheet().Open(fmt::format("Plan view of component {}", ComponentNumber(component))) +
       plan.Links() + ellipses + plan.WeakestDirections() + plan.Stations() +
-      (plan.on_ground() ? plan.sheet().Close("E", "N") : plan.sheet().Close("x", "y"));
+      (plan.on_ground() ? plan.sheet().Close(local + "E", local + "N")
+                        : plan.sheet().Close("x", "y"));
   const std::string ellipse_note =
       factor > 0.0 ? fmt::format(
                          "Error ellipses (one standard deviation, horizontal) are drawn "
                          "<b>{:g} times</b> too large.",
                          factor)
                    : "No station has an error ellipse.";
+  const std::string north_note =
+      plan.on_ground() && IsTrueNorth(run)
+          ? " Up is true north in the local frame amid the control; grid north differs by the "
+            "convergence stated under control."
+          : "";
   return "<figure>\n" + svg + Legend() +
-         HtmlSentence("<span class=\"soft\">" + ellipse_note + "</span>") + "</figure>\n";
+         HtmlSentence("<span class=\"soft\">" + ellipse_note + north_note + "</span>") +
+         "</figure>\n";
 }
 
 }  // namespace backsight

@@ -19,6 +19,9 @@ const RigidTransform& ShownPose(const PoseRecord& pose);
 /// The covariance of that; none where there is none.
 std::optional<Matrix6d> ShownCovariance(const PoseRecord& pose);
 
+/// Whether the frame of the control has true north, unlike the coordinates, which have grid north.
+bool IsTrueNorth(const RunRecord& run);
+
 /// Plan view (to scale) of one component of the network as inline SVG with its legend below:
 /// stations with names and exaggerated error ellipses, accepted links by residual class with their
 /// weakest direction, rejected links dashed, axes, scale bar. Throws InternalError for a non-finite

@@ -209,6 +209,7 @@ void Read(const Place& place, Value* value) {
 void RequireSensible(const ReportDocument& document, const std::string& path) {
   constexpr std::string_view kBase64 =
       "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/=";
+  constexpr double kShortest = 1e-6, kFarthest = 1e9;  // metres
   for (std::size_t i = 0; i < document.pictures.size(); ++i) {
     const PictureRecord& picture = document.pictures[i];
     const auto fail = [&](const char* key, const char* found, const char* expected) {
@@ -220,7 +221,15 @@ void RequireSensible(const ReportDocument& document, const std::string& path) {
     }
     if (picture.width_px < 1) fail("width_px", "no pixels", "at least 1");
     if (picture.height_px < 1) fail("height_px", "no pixels", "at least 1");
-    if (!(picture.metres_per_pixel > 0.0)) fail("metres_per_pixel", "no length", "above 0");
+    if (!(picture.metres_per_pixel > kShortest && picture.metres_per_pixel < kFarthest)) {
+      fail("metres_per_pixel", "no length of a pixel", "1e-6 to 1e9 m");
+    }
+    if (!(picture.left_top.cwiseAbs().maxCoeff() < kFarthest)) {
+      fail("left_top", "a place off the earth", "less than 1e9 m");
+    }
+  }
+  if (document.run.distances && !(document.run.distances->bin_m > kShortest)) {
+    throw InputError({path + ": /distances/bin_m", "no width of a bin", "above 1e-6 m", kRemedy});
   }
 }
 

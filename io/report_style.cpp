@@ -21,6 +21,7 @@ ul { margin: 6px 0; padding-left: 22px; }
 .verdict { border-left: 7px solid var(--bad); background: #fbf1eb; font-size: 18px;
   padding: 12px 16px; margin: 18px 0; }
 .verdict.pass { border-color: var(--good); background: #ebf6f2; }
+.verdict .good, .verdict .bad { white-space: normal; }
 .cards { display: grid; grid-template-columns: repeat(auto-fit, minmax(160px, 1fr)); gap: 10px;
   margin: 16px 0; }
 .card { border: 1px solid var(--line); border-radius: 6px; padding: 9px 13px; }

@@ -37,12 +37,12 @@ std::string StationTable(const RunRecord& run) {
                    {on_ground ? "E [m]" : "x [m]", true},
                    {on_ground ? "N [m]" : "y [m]", true},
                    {on_ground ? "H [m]" : "z [m]", true},
-                   {"&sigma; position, worst [mm]", true},
+                   {"&sigma; position, worst direction [mm]", true},
                    {"ellipse a [mm]", true},
                    {"b [mm]", true},
                    {"azimuth of a [deg]", true},
                    {"&sigma; height [mm]", true},
-                   {"&sigma; rotation, worst [deg]", true},
+                   {"&sigma; rotation, worst axis [deg]", true},
                    {"links", true}});
   bool any = false, in_survey_frame = false;
   for (const PoseRecord& pose : run.poses) {
@@ -70,7 +70,10 @@ std::string StationTable(const RunRecord& run) {
              "ellipse (39 % confidence; times 2.45 for 95 %), azimuth from {} clockwise. Links: "
              "accepted links of the station.{}</span>",
              on_ground ? "control" : "first station, which is fixed and has none",
-             on_ground ? "north" : "the y axis",
+             !on_ground         ? "the y axis"
+             : IsTrueNorth(run) ? "true north (of the local frame; grid north differs by the "
+                                  "convergence)"
+                                : "north",
              on_ground && in_survey_frame ? " *: in its component's survey frame." : ""));
 }
 

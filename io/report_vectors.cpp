@@ -54,8 +54,11 @@ std::string Legend(double factor) {
       "class=\"vector\" x1=\"2\" y1=\"5\" x2=\"32\" y2=\"5\"/></svg>residual in plan</span>\n"
       "<span><svg width=\"14\" height=\"20\"><line class=\"rise\" x1=\"7\" y1=\"1\" x2=\"7\" "
       "y2=\"19\"/></svg>in height, upwards: too high</span>\n<span>{}</span></div>\n",
-      factor > 0.0 ? fmt::format("residuals drawn <b>{:g} times</b> too large", factor)
-                   : "all residuals are zero");
+      factor > 0.0
+          ? fmt::format("residuals drawn <b>{:g} times</b> too large, from the given place "
+                        "towards the measured one; none of excluded points",
+                        factor)
+          : "all residuals are zero");
 }
 
 }  // namespace

@@ -105,12 +105,15 @@ struct LinkRecord {
   double conflict = 0.0;    ///< share of surfaces in view that a scanner saw through, worse side
   double agreement = 0.0;   ///< score of the clouds under this motion; decides between candidates
   int planes = 0;
-  double rms_m = 0.0;               ///< point-to-plane rms over all adjusted planes
-  double weakest_sigma_m = 0.0;     ///< formal sigma of the least determined direction
-  int iterations = 0;               ///< Levenberg-Marquardt iterations, all rounds
-  double network_weight = 0.0;      ///< 0 (removed by the pose graph) to 1
-  double network_residual_m = 0.0;  ///< link minus adjusted network
-  double network_residual_deg = 0.0;
+  /// Of points from the pair's adjusted planes, weighted as in that adjustment; absent without.
+  std::optional<double> rms_m;
+  std::optional<double> weakest_sigma_m;  ///< formal sigma of the least determined direction
+  int iterations = 0;                     ///< Levenberg-Marquardt iterations, all rounds
+  std::optional<double> network_weight;   ///< 0 (removed by the pose graph) or 1; absent: not in it
+  /// Place of the source and rotation, by the link and by the adjusted network: how far apart.
+  /// Absent where both stations do not stand in one component.
+  std::optional<double> network_residual_m;
+  std::optional<double> network_residual_deg;
   std::optional<bool> loop_controlled;  ///< lies on a loop of accepted links; absent: not known
   /// Of target_from_source in the adjusted network, Retract's convention; rad, m.
   std::optional<Matrix6d> covariance;
@@ -140,9 +143,10 @@ struct ComponentRecord {
   int rounds = 0;      ///< associations of planes
   int iterations = 0;  ///< Levenberg-Marquardt, all rounds
   int anderson_accepted = 0;
-  double plane_sigma_factor = 1.0;   ///< by how much stations disagree on planes beyond noise
+  /// By how much stations disagree on planes beyond noise; absent where none were adjusted.
+  std::optional<double> plane_sigma_factor = {};
   std::string weakest_station = {};  ///< what the least determined direction moves most
-  double weakest_sigma_m = 0.0;
+  std::optional<double> weakest_sigma_m = {};
 };
 
 /// What the stations see of a survey point less its given coordinates; metres, along east, north
@@ -183,9 +187,10 @@ struct GeoreferenceRecord {
   std::string crs;     ///< names and heights; "local grid" without a CRS
   std::string heights;
   std::optional<Eigen::Vector3d> origin_deg_deg_m;  ///< latitude, longitude, ellipsoidal height
+  std::optional<Eigen::Vector3d> origin_crs_m;      ///< the same place in the CRS
   double convergence_deg = 0.0;
-  double point_scale = 1.0;  ///< of the grid at the origin
-  RigidTransform enu_from_survey;
+  double point_scale = 1.0;               ///< of the grid at the origin
+  RigidTransform enu_from_survey;         ///< meaningful where placed(), as what follows
   double scale = 1.0;                     ///< applied
   std::optional<ScaleRecord> scale_test;  ///< absent: its adjustment did not converge
   int redundancy = 0;
@@ -241,7 +246,8 @@ struct RunRecord {
   std::vector<std::string> warnings;
   std::vector<ComponentRecord> components;
   std::vector<ClosureRecord> closures;
-  std::vector<GeoreferenceRecord> georeference;         ///< by component; empty without control
+  int survey_points = 0;                         ///< control and check points of the project file
+  std::vector<GeoreferenceRecord> georeference;  ///< by component; empty without control or network
   std::vector<std::pair<std::string, double>> network;  ///< named figures of the whole network
   std::optional<DistanceRecord> distances;              ///< absent: nothing overlaps
 };

@@ -115,7 +115,6 @@ void FillNetworkErrors(CsvBuilder& csv, const LinkRecord& link) {
 }
 
 void FillLink(CsvBuilder& csv, const LinkRecord& link) {
-  const auto fine = [&](double value) { return link.fine ? std::optional(value) : std::nullopt; };
   const auto tried = [&](int value) {
     return link.status != LinkStatus::kSkipped ? std::optional(value) : std::nullopt;
   };
@@ -128,17 +127,17 @@ void FillLink(CsvBuilder& csv, const LinkRecord& link) {
   csv.Transform("", link.fine);
   csv.Transform("coarse_", link.coarse);
   csv.Real("overlap", aligned ? std::optional(link.overlap) : std::nullopt);
-  csv.Real("rms_m", fine(link.rms_m));
+  csv.Real("rms_m", link.rms_m);
   csv.Text("fine_status", link.fine_status);
   csv.Integer("correspondences", tried(link.correspondences));
   csv.Integer("consensus", tried(link.consensus));
   csv.Integer("consensus_null", tried(link.consensus_null));
   csv.Integer("planes", link.fine ? std::optional(link.planes) : std::nullopt);
-  csv.Real("weakest_sigma_m", fine(link.weakest_sigma_m));
+  csv.Real("weakest_sigma_m", link.weakest_sigma_m);
   csv.Integer("iterations", link.fine ? std::optional(link.iterations) : std::nullopt);
-  csv.Real("network_weight", fine(link.network_weight));
-  csv.Real("network_residual_m", fine(link.network_residual_m));
-  csv.Real("network_residual_deg", fine(link.network_residual_deg));
+  csv.Real("network_weight", link.network_weight);
+  csv.Real("network_residual_m", link.network_residual_m);
+  csv.Real("network_residual_deg", link.network_residual_deg);
   csv.Text("loop_controlled", !link.loop_controlled   ? ""
                               : *link.loop_controlled ? "true"
                                                       : "false");

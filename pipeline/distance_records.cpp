@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "pipeline/placed_clouds.h"
+
 namespace backsight {
 namespace {
 
@@ -46,15 +48,16 @@ void FillHistogram(const std::vector<double>& sorted, DistanceRecord* record) {
 }  // namespace
 
 SurfaceDistances MeasureStationDistances(const std::vector<Station>& stations,
-                                         const Network& network, const ExecutionContext& context) {
+                                         const Network& network, const GeoreferencedNetwork& ground,
+                                         const ExecutionContext& context) {
   std::vector<PlacedCloud> clouds;
   std::vector<int> indices;
   for (std::size_t s = 0; s < stations.size(); ++s) {
-    if (!stations[s].usable() || network.component[s] < 0) continue;
+    const std::optional<RigidTransform> place = DeliveredPlace(network, ground, s);
+    if (!stations[s].usable() || !place) continue;
     indices.push_back(static_cast<int>(s));
     clouds.push_back({stations[s].surface(), *stations[s].index,
-                      network.survey_from_station[s] * stations[s].model.StationFromInstrument(),
-                      network.component[s]});
+                      *place * stations[s].model.StationFromInstrument(), network.component[s]});
   }
   SurfaceDistances distances = MeasureSurfaceDistances(clouds, context);
   for (PairDistances& pair : distances.pairs) {

@@ -82,6 +82,7 @@ std::vector<GeoreferenceRecord> MakeGeoreferenceRecords(const SurveyProject& pro
     if (ground.frame) {
       record.heights = ground.frame->heights();
       record.origin_deg_deg_m = ground.frame->origin();
+      record.origin_crs_m = ground.frame->CrsFromEnu(Eigen::Vector3d::Zero());
       record.convergence_deg = ground.frame->convergence_deg();
       record.point_scale = ground.frame->point_scale();
     }

@@ -88,21 +88,28 @@ void FillMotion(const Station& source, const Station& target, const PairCandidat
   record->conflict = verification.worst_conflict();
   record->agreement = verification.quality.value;
   record->planes = motion.fine.planes;
-  record->rms_m = motion.fine.rms_m;
-  record->weakest_sigma_m = motion.fine.weakest_sigma_m;
+  if (motion.fine.rms_m > 0.0) record->rms_m = motion.fine.rms_m;
+  if (motion.fine.weakest_sigma_m > 0.0) record->weakest_sigma_m = motion.fine.weakest_sigma_m;
   record->iterations = motion.fine.iterations;
   record->weakest = FindWeakest(motion.fine);
 }
 
-/// What the network made of it. Covariances are carried from instrument to station frames; a
-/// residual exists only where both stations stand in one component.
-void FillNetwork(const Station& target, const NetworkCandidate& candidate, bool same_frame,
-                 LinkRecord* record) {
+/// How far the link lies from where the adjusted network has its stations, if in one component.
+void FillResidual(const Network& network, const Pair& pair, LinkRecord* record) {
+  const auto source = static_cast<std::size_t>(pair.source);
+  const auto target = static_cast<std::size_t>(pair.target);
+  const int component = network.component[source];
+  if (component < 0 || component != network.component[target]) return;
+  const RigidTransform adjusted =
+      network.survey_from_station[target].Inverse() * network.survey_from_station[source];
+  record->network_residual_m = (record->fine->translation - adjusted.translation).norm();
+  record->network_residual_deg =
+      RotationAngle(record->fine->rotation, adjusted.rotation) * kDegrees;
+}
+
+/// What the network made of it. Covariances are carried from instrument to station frames.
+void FillNetwork(const Station& target, const NetworkCandidate& candidate, LinkRecord* record) {
   record->network_weight = candidate.used() ? 1.0 : 0.0;
-  if (same_frame) {
-    record->network_residual_m = candidate.residual.tail<3>().norm();
-    record->network_residual_deg = candidate.residual.head<3>().norm() * kDegrees;
-  }
   if (candidate.used()) {
     record->status = LinkStatus::kAccepted;
     record->reason.clear();
@@ -146,10 +153,8 @@ LinkRecord MakeLinkRecord(const std::vector<Station>& stations, const Network& n
   const NetworkCandidate& candidate = network.candidates[static_cast<std::size_t>(reported)];
   FillMotion(source, target, pair.candidates[static_cast<std::size_t>(candidate.candidate)],
              &record);
-  const int component = network.component[static_cast<std::size_t>(pair.source)];
-  const bool same_frame =
-      component >= 0 && component == network.component[static_cast<std::size_t>(pair.target)];
-  FillNetwork(target, candidate, same_frame, &record);
+  FillResidual(network, pair, &record);
+  FillNetwork(target, candidate, &record);
   return record;
 }
 
@@ -262,7 +267,9 @@ std::vector<ComponentRecord> MakeComponentRecords(const std::vector<Station>& st
       record.iterations += round.iterations;
       record.anderson_accepted += round.anderson_accepted;
     }
-    record.plane_sigma_factor = std::sqrt(refinement.variance_factor);
+    if (refinement.status == NetworkRefinementResult::Status::kRefined) {
+      record.plane_sigma_factor = std::sqrt(refinement.variance_factor);
+    }
     if (refinement.weakest.station >= 0) {
       record.weakest_station =
           stations[static_cast<std::size_t>(

@@ -61,7 +61,6 @@ void Solve(int stations, const std::vector<NetworkLink>& links, const NetworkOpt
     NetworkCandidate& candidate = network->candidates[candidate_of[g]];
     candidate.fate = network->solution.fate[g];
     candidate.loop_controlled = network->solution.loop_controlled[g];
-    candidate.residual = network->solution.residuals[g];
     candidate.covariance = network->solution.link_covariance[g];
   }
 }
@@ -156,7 +155,7 @@ void RefineParts(const std::vector<Station>& stations, const std::vector<Network
   }
 }
 
-/// Residuals and covariances of the links at the poses that the planes gave.
+/// Covariances of the links at the poses that the planes gave.
 void UpdateLinks(const std::vector<NetworkLink>& links, const std::vector<RigidTransform>& poses,
                  Network* network) {
   for (const NetworkPart& part : network->parts) {
@@ -171,14 +170,9 @@ void UpdateLinks(const std::vector<NetworkLink>& links, const std::vector<RigidT
       const int source = place(links[l].source);
       const int target = place(links[l].target);
       if (source < 0 || target < 0) continue;
-      PoseGraphLink link;
-      link.target_from_source = links[l].target_from_source;
-      const RigidTransform& survey_from_target = poses[static_cast<std::size_t>(links[l].target)];
-      NetworkCandidate& candidate = network->candidates[l];
-      candidate.residual =
-          LinkResidual(link, poses[static_cast<std::size_t>(links[l].source)], survey_from_target);
-      candidate.covariance =
-          RelativeCovariance(part.refinement.covariance, source, target, survey_from_target);
+      network->candidates[l].covariance =
+          RelativeCovariance(part.refinement.covariance, source, target,
+                             poses[static_cast<std::size_t>(links[l].target)]);
     }
   }
 }

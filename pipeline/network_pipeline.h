@@ -18,7 +18,6 @@ struct NetworkCandidate {
   LinkFate fate = LinkFate::kUsed;
   bool refuted = false;  ///< a bridge whose sides contradict each other: taken out before
   bool loop_controlled = false;
-  Vector6d residual = Vector6d::Zero();    ///< LinkResidual at the final poses
   Matrix6d covariance = Matrix6d::Zero();  ///< of target_from_source at the final poses
   bool used() const { return fate == LinkFate::kUsed && !refuted; }
 };

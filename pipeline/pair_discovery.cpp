@@ -216,9 +216,10 @@ class Discovery {
     for (const std::size_t i : batch.pairs) {
       if (!pairs_[i].short_of_memory) continue;
       pairs_[i].short_of_memory = false;
+      pairs_[i].further_fault.clear();
       RegisterOne(batch.method, i);
       if (!pairs_[i].short_of_memory) continue;
-      if (pairs_[i].best() == nullptr) pairs_[i].fault = kShortOfMemory;
+      (pairs_[i].best() == nullptr ? pairs_[i].fault : pairs_[i].further_fault) = kShortOfMemory;
       context_.Warning(fmt::format("pair {} {}: {}", stations_[At(pairs_[i].source)].spec.id,
                                    stations_[At(pairs_[i].target)].spec.id, kShortOfMemory));
     }

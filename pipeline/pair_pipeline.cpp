@@ -392,6 +392,7 @@ bool RegisterPairThoroughly(const std::vector<Station>& stations, const SurveyOp
     *pair = std::move(attempt);
   } else {
     pair->short_of_memory = attempt.short_of_memory;
+    pair->further_fault = attempt.fault;
   }
   return whole;
 }
@@ -414,6 +415,7 @@ bool AddMotion(const std::vector<Station>& stations, const SurveyOptions& option
   attempt.target = pair->target;
   RegisterPairFrom(stations, options, context, target_from_source, &attempt);
   pair->short_of_memory = attempt.short_of_memory;
+  if (!attempt.fault.empty()) pair->further_fault = attempt.fault;
   if (attempt.candidates.empty()) return attempt.fault.empty();
   PairCandidate& candidate = attempt.candidates.front();
   if (candidate.verification.verdict == Verdict::kRejected) return true;

@@ -28,6 +28,7 @@ struct Pair {
   bool predicted = false;        ///< from a predicted pose: no coarse registration
   std::string fault;             ///< empty: ran to its end, whatever the verification says
   bool short_of_memory = false;  ///< its fault is that memory ran out
+  std::string further_fault;     ///< of an attempt after one whose result stands
   std::string digest;  ///< stands for all that led here (PairKey); empty where nothing is kept
 
   /// Null where there is none.

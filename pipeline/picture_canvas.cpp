@@ -6,19 +6,15 @@ namespace backsight {
 namespace {
 
 /// After Okabe and Ito: told apart by colour-blind readers too; yellow darkened for white paper.
-constexpr Colour kStationColours[] = {{0, 114, 178}, {213, 94, 0},   {0, 158, 115}, {204, 121, 167},
-                                      {230, 159, 0}, {86, 180, 233}, {110, 60, 20}, {120, 94, 240},
-                                      {60, 60, 60},  {150, 190, 20}};
+constexpr Colour kPalette[kStationColours] = {
+    {0, 114, 178},  {213, 94, 0},  {0, 158, 115},  {204, 121, 167}, {230, 159, 0},
+    {86, 180, 233}, {110, 60, 20}, {120, 94, 240}, {60, 60, 60},    {150, 190, 20}};
 
-/// Viridis, and blue over pale yellow to red (ColorBrewer RdYlBu), evenly spaced.
+/// Viridis, evenly spaced: it grows lighter evenly, in print too.
 constexpr Colour kValueColours[] = {{68, 1, 84},    {71, 44, 122},  {59, 81, 139},
                                     {44, 113, 142}, {33, 144, 141}, {39, 173, 129},
                                     {92, 200, 99},  {170, 220, 50}, {253, 231, 37}};
-constexpr Colour kDeviationColours[] = {{49, 54, 149},   {69, 117, 180},  {116, 173, 209},
-                                        {171, 217, 233}, {254, 224, 144}, {253, 174, 97},
-                                        {244, 109, 67},  {215, 48, 39},   {165, 0, 38}};
 constexpr std::size_t kAnchors = std::size(kValueColours);
-static_assert(std::size(kDeviationColours) == kAnchors);
 
 Colour Blend(const Colour& a, const Colour& b, double share) {
   Colour colour;
@@ -45,19 +41,7 @@ PictureWindow PictureWindow::Around(const Eigen::Vector2d& min, const Eigen::Vec
   return window;
 }
 
-Colour StationColour(std::size_t station) {
-  constexpr std::size_t kColours = std::size(kStationColours);
-  const Colour colour = kStationColours[station % kColours];
-  // The second and third turn are lighter and darker; then colours repeat.
-  switch (station / kColours % 3) {
-    case 1:
-      return Blend(colour, {255, 255, 255}, 0.4);
-    case 2:
-      return Blend(colour, {0, 0, 0}, 0.4);
-    default:
-      return colour;
-  }
-}
+Colour StationColour(std::size_t place) { return kPalette[place]; }
 
 ColourScale::ColourScale(Kind kind, double low, double high)
     : kind_(kind), low_(low), high_(std::max(high, low + 1e-6)) {}
@@ -73,12 +57,12 @@ Colour ColourScale::Of(double value) const {
   constexpr double kSteps = 63.0;
   const double place = std::round(kSteps * Share(value)) / kSteps * (kAnchors - 1);
   const auto below = std::min(static_cast<std::size_t>(place), kAnchors - 2);
-  const Colour* colours = kind_ == Kind::kDeviations ? kDeviationColours : kValueColours;
-  return Blend(colours[below], colours[below + 1], place - static_cast<double>(below));
+  return Blend(kValueColours[below], kValueColours[below + 1], place - static_cast<double>(below));
 }
 
 PictureScale ColourScale::Record(const std::string& label) const {
-  PictureScale scale{label, {}};
+  PictureScale scale;
+  scale.label = label;
   for (std::size_t i = 0; i < kAnchors; ++i) {
     const double share = static_cast<double>(i) / (kAnchors - 1);
     const double value = kind_ == Kind::kFactors ? low_ * std::pow(high_ / low_, share)

@@ -44,13 +44,18 @@ struct PictureWindow {
   void ForEachPixel(const Eigen::Vector2d& middle, double reach_m, const Body& body) const;
 };
 
-/// The colour of a station in all pictures; neighbours in the list differ for the colour-blind too.
-Colour StationColour(std::size_t station);
+/// So many stations have a colour of their own in a picture; the others share kOtherColour.
+inline constexpr std::size_t kStationColours = 10;
+inline constexpr Colour kOtherColour = {178, 178, 178};
 
-/// A scale from `low` to `high`, by equal steps or by equal factors; 64 colours.
+/// Colours that also the colour-blind tell apart; `place` below kStationColours.
+Colour StationColour(std::size_t place);
+
+/// A scale from `low` to `high`, by equal steps or by equal factors; 64 colours. Values outside
+/// have the colours of the ends.
 class ColourScale {
  public:
-  enum class Kind { kValues, kFactors, kDeviations };
+  enum class Kind { kValues, kFactors };
   ColourScale(Kind kind, double low, double high);
   Colour Of(double value) const;
   PictureScale Record(const std::string& label) const;

@@ -18,30 +18,36 @@ double PlacedClouds::resolution_m() const {
   return edge_m;
 }
 
+std::optional<RigidTransform> DeliveredPlace(const Network& network,
+                                             const GeoreferencedNetwork& ground,
+                                             std::size_t station) {
+  const int component = network.component[station];
+  if (component < 0) return std::nullopt;
+  if (station >= ground.enu_from_station.size() || !ground.enu_from_station[station]) {
+    return network.survey_from_station[station];
+  }
+  RigidTransform place = *ground.enu_from_station[station];
+  place.translation /= ground.ScaleOf(component);
+  return place;
+}
+
 PlacedClouds PlaceClouds(const std::vector<Station>& stations, const Network& network,
                          const GeoreferencedNetwork& ground) {
   PlacedClouds clouds;
-  bool on_ground = false;
   for (std::size_t s = 0; s < stations.size(); ++s) {
     if (!stations[s].usable() || network.component[s] != 0) continue;
-    RigidTransform frame_from_station = network.survey_from_station[s];
-    if (s < ground.enu_from_station.size() && ground.enu_from_station[s]) {
-      frame_from_station = *ground.enu_from_station[s];
-      if (!on_ground) {
-        clouds.frame_from_survey = frame_from_station * network.survey_from_station[s].Inverse();
-      }
-      on_ground = true;
-    }
     clouds.stations.push_back(
-        {&stations[s], s, frame_from_station * stations[s].model.StationFromInstrument()});
+        {&stations[s], s,
+         *DeliveredPlace(network, ground, s) * stations[s].model.StationFromInstrument()});
   }
+  const bool on_ground = !ground.parts.empty() && ground.parts.front().placed();
   const std::string axes = on_ground ? "ENH" : "xyz";
   const std::string local = on_ground && ground.frame ? "local " : "";
   clouds.across = local + axes[0];
   clouds.up = local + axes[1];
   clouds.height = local + axes[2];
   clouds.origin = !on_ground     ? "in the survey frame"
-                  : ground.frame ? "in the local frame (east, north, up) amid the control"
+                  : ground.frame ? "in the local frame (east, true north, up) amid the control"
                                  : "in the local grid of the control";
   return clouds;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,18 +10,24 @@
 
 namespace backsight {
 
+/// Where the clouds of a station are delivered: in the frame of the control where that ties its
+/// component to the ground, otherwise in the survey frame; none where the station has no place.
+/// Where control stretched the network, its places are shrunk back, so that scans fit as they are.
+std::optional<RigidTransform> DeliveredPlace(const Network& network,
+                                             const GeoreferencedNetwork& ground,
+                                             std::size_t station);
+
 /// A station of the main component, where its pictures are drawn.
 struct PlacedStation {
   const Station* station = nullptr;
-  std::size_t index = 0;  ///< among all stations: it decides the colour
-  RigidTransform frame_from_instrument;
+  std::size_t index = 0;                 ///< among all stations: it decides the colour
+  RigidTransform frame_from_instrument;  ///< the frame of DeliveredPlace
 };
 
 /// The main component in one frame: that of the control where it is tied to the ground, otherwise
 /// the survey frame.
 struct PlacedClouds {
   std::vector<PlacedStation> stations;
-  RigidTransform frame_from_survey;
   std::string across;  ///< what the frame's x stands for: "local E"
   std::string up;      ///< y
   std::string height;  ///< z

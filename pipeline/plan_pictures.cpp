@@ -18,15 +18,20 @@ PictureWindow PlanWindow(const CloudExtent& extent) {
   return PictureWindow::Around(extent.min.head<2>(), extent.max.head<2>(), kWidth, kMaxHeight);
 }
 
-/// Calls `body(x, y, voxel mean, count, edge)` for every pixel that a voxel covers.
+/// Calls `body(pixel, voxel's mean, its share of the voxel's points)` for every pixel that a voxel
+/// covers.
 template <typename Body>
-void ForEachCovered(const PlacedClouds& clouds, const PictureWindow& window, const Body& body) {
+void ForEachCovered(const PlacedClouds& clouds, const PictureWindow& window,
+                    const ExecutionContext& context, const Body& body) {
   for (const PlacedStation& placed : clouds.stations) {
-    const double edge_m = placed.station->model.resolution_m();
+    context.CheckStop();
+    const double reach_m = 0.5 * placed.station->model.resolution_m();
     for (const VoxelLeaf& leaf : placed.station->model.leaves) {
       const Eigen::Vector3d p = placed.frame_from_instrument * leaf.cluster.mean;
-      window.ForEachPixel(p.head<2>(), 0.5 * edge_m, [&](int x, int y) {
-        body(window.At(x, y), p, leaf.cluster.count / (edge_m * edge_m));
+      int pixels = 0;
+      window.ForEachPixel(p.head<2>(), reach_m, [&](int, int) { ++pixels; });
+      window.ForEachPixel(p.head<2>(), reach_m, [&](int x, int y) {
+        body(window.At(x, y), p, leaf.cluster.count / pixels);
       });
     }
   }
@@ -62,12 +67,14 @@ PictureRecord Finish(const PlacedClouds& clouds, PictureRecord picture) {
 }  // namespace
 
 PictureRecord DrawDensity(const PlacedClouds& clouds, const CloudExtent& extent,
-                          const std::vector<PictureLine>& traces) {
+                          const std::vector<PictureLine>& traces, const ExecutionContext& context) {
   const PictureWindow window = PlanWindow(extent);
+  const double pixel_m2 = window.metres_per_pixel * window.metres_per_pixel;
   Values density(window.size(), 0.0);
-  ForEachCovered(clouds, window, [&](std::size_t pixel, const Eigen::Vector3d&, double per_m2) {
-    density[pixel] += per_m2;
-  });
+  ForEachCovered(clouds, window, context,
+                 [&](std::size_t pixel, const Eigen::Vector3d&, double points) {
+                   density[pixel] += points / pixel_m2;
+                 });
   for (double& value : density) {
     if (value == 0.0) value = std::numeric_limits<double>::quiet_NaN();
   }
@@ -85,10 +92,11 @@ PictureRecord DrawDensity(const PlacedClouds& clouds, const CloudExtent& extent,
   return Finish(clouds, std::move(picture));
 }
 
-PictureRecord DrawHeights(const PlacedClouds& clouds, const CloudExtent& extent) {
+PictureRecord DrawHeights(const PlacedClouds& clouds, const CloudExtent& extent,
+                          const ExecutionContext& context) {
   const PictureWindow window = PlanWindow(extent);
   Values heights(window.size(), std::numeric_limits<double>::quiet_NaN());
-  ForEachCovered(clouds, window, [&](std::size_t pixel, const Eigen::Vector3d& p, double) {
+  ForEachCovered(clouds, window, context, [&](std::size_t pixel, const Eigen::Vector3d& p, double) {
     if (!(heights[pixel] >= p.z())) heights[pixel] = p.z();
   });
   const auto [low, high] = Middle(heights);
@@ -102,11 +110,13 @@ PictureRecord DrawHeights(const PlacedClouds& clouds, const CloudExtent& extent)
 }
 
 PictureRecord DrawDistances(const PlacedClouds& clouds, const CloudExtent& extent,
-                            const std::vector<DistanceSample>& samples, double limit_m) {
+                            const std::vector<DistanceSample>& samples,
+                            const DistanceLimits& limits, const ExecutionContext& context) {
   const PictureWindow window = PlanWindow(extent);
-  std::vector<bool> context(window.size());
-  ForEachCovered(clouds, window,
-                 [&](std::size_t pixel, const Eigen::Vector3d&, double) { context[pixel] = true; });
+  std::vector<bool> measured(window.size());
+  ForEachCovered(clouds, window, context, [&](std::size_t pixel, const Eigen::Vector3d&, double) {
+    measured[pixel] = true;
+  });
   Values sums(window.size(), 0.0);
   std::vector<int> counts(window.size());
   for (const DistanceSample& sample : samples) {
@@ -115,14 +125,14 @@ PictureRecord DrawDistances(const PlacedClouds& clouds, const CloudExtent& exten
       ++counts[window.At(x, y)];
     });
   }
-  const ColourScale scale(ColourScale::Kind::kDeviations, 0.0, 1000.0 * limit_m);
+  const ColourScale scale(ColourScale::Kind::kValues, 0.0, 1000.0 * limits.scale_m);
   RgbImage image(window.width_px, window.height_px, kPaper);
   for (int y = 0; y < window.height_px; ++y) {
     for (int x = 0; x < window.width_px; ++x) {
       const std::size_t pixel = window.At(x, y);
       if (counts[pixel] > 0) {
         image.Set(x, y, scale.Of(1000.0 * sums[pixel] / counts[pixel]));
-      } else if (context[pixel]) {
+      } else if (measured[pixel]) {
         image.Set(x, y, kContext);
       }
     }
@@ -130,10 +140,12 @@ PictureRecord DrawDistances(const PlacedClouds& clouds, const CloudExtent& exten
   PictureRecord picture = MakePicture(PictureRecord::Kind::kDistances, window, image);
   picture.title = "Distances between surfaces that several stations measured";
   picture.caption = fmt::format(
-      "From above, {}: mean distance without sign of what lies in a pixel. Grey: measured by one "
-      "station, or not on a plane.",
-      clouds.origin);
+      "From above, {}: mean distance without sign of the samples in a pixel. Grey: not compared, "
+      "because only one station measured it, it lies on no plane, no surface of another station "
+      "lies within {:.0f} mm, or it is not among the samples.",
+      clouds.origin, 1000.0 * limits.search_m);
   picture.scale = scale.Record("distance [mm]");
+  picture.scale->open_below = false;
   return Finish(clouds, std::move(picture));
 }
 

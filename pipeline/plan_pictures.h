@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "core/execution.h"
 #include "io/picture_record.h"
 #include "pipeline/placed_clouds.h"
 #include "stages/surface_distances.h"
@@ -12,10 +13,18 @@ namespace backsight {
 /// highest, and how far apart surfaces are that several stations measured. `traces`: where sections
 /// were cut. Memory: 16 bytes per pixel.
 PictureRecord DrawDensity(const PlacedClouds& clouds, const CloudExtent& extent,
-                          const std::vector<PictureLine>& traces);
-PictureRecord DrawHeights(const PlacedClouds& clouds, const CloudExtent& extent);
-/// `samples`: in the frame of the clouds. `limit_m`: where the colour scale ends.
+                          const std::vector<PictureLine>& traces, const ExecutionContext& context);
+PictureRecord DrawHeights(const PlacedClouds& clouds, const CloudExtent& extent,
+                          const ExecutionContext& context);
+
+struct DistanceLimits {
+  double scale_m = 0.0;   ///< where the colour scale ends
+  double search_m = 0.0;  ///< SurfaceDistances
+};
+
+/// `samples`: in the frame of the clouds.
 PictureRecord DrawDistances(const PlacedClouds& clouds, const CloudExtent& extent,
-                            const std::vector<DistanceSample>& samples, double limit_m);
+                            const std::vector<DistanceSample>& samples,
+                            const DistanceLimits& limits, const ExecutionContext& context);
 
 }  // namespace backsight

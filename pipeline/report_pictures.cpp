@@ -12,17 +12,12 @@
 namespace backsight {
 namespace {
 
-/// Those of the main component, in the frame of the clouds.
-std::vector<DistanceSample> MainSamples(const PlacedClouds& clouds, const Network& network,
-                                        const SurfaceDistances& distances) {
-  const RigidTransform& frame = clouds.frame_from_survey;
+/// Those of the main component.
+std::vector<DistanceSample> MainSamples(const Network& network, const SurfaceDistances& distances) {
   std::vector<DistanceSample> samples;
   for (const PairDistances& pair : distances.pairs) {
     if (network.component[static_cast<std::size_t>(pair.a)] != 0) continue;
-    for (const DistanceSample& sample : pair.samples) {
-      samples.push_back(
-          {frame * sample.position, frame.rotation * sample.normal, sample.distance_m});
-    }
+    samples.insert(samples.end(), pair.samples.begin(), pair.samples.end());
   }
   return samples;
 }
@@ -43,18 +38,21 @@ double ScaleLimit(const std::vector<DistanceSample>& samples) {
 std::vector<PictureRecord> DrawReportPictures(const std::vector<Station>& stations,
                                               const Network& network,
                                               const GeoreferencedNetwork& ground,
-                                              const SurfaceDistances& distances) {
+                                              const SurfaceDistances& distances,
+                                              const ExecutionContext& context) {
   const PlacedClouds clouds = PlaceClouds(stations, network, ground);
   if (clouds.voxels() == 0) return {};
   const CloudExtent extent = ExtentOf(clouds);
-  const std::vector<DistanceSample> samples = MainSamples(clouds, network, distances);
-  const std::vector<NamedSection> sections = ChooseSections(extent, samples);
-  std::vector<PictureRecord> pictures = {DrawDensity(clouds, extent, TracesOf(sections, extent)),
-                                         DrawHeights(clouds, extent)};
-  std::vector<PictureRecord> cuts = DrawSections(clouds, sections, samples);
+  const std::vector<DistanceSample> samples = MainSamples(network, distances);
+  std::vector<NamedSection> sections = ChooseSections(extent, samples);
+  if (const auto worst = ChooseWorst(extent, samples)) sections.push_back(*worst);
+  std::vector<PictureRecord> pictures = {DrawDensity(clouds, extent, TracesOf(sections), context),
+                                         DrawHeights(clouds, extent, context)};
+  std::vector<PictureRecord> cuts = DrawSections(clouds, sections, context);
   std::move(cuts.begin(), cuts.end(), std::back_inserter(pictures));
   if (!samples.empty()) {
-    pictures.push_back(DrawDistances(clouds, extent, samples, ScaleLimit(samples)));
+    pictures.push_back(
+        DrawDistances(clouds, extent, samples, {ScaleLimit(samples), distances.search_m}, context));
   }
   return pictures;
 }

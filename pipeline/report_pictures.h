@@ -10,11 +10,13 @@
 namespace backsight {
 
 /// Pictures of the main component for the report: density and heights from above, two horizontal
-/// and two vertical sections with a detail of each, and where surfaces lie how far apart that
-/// several stations measured. Empty if nothing was placed. `distances`: MeasureStationDistances.
+/// and two vertical sections with a detail of each, the place where surfaces lie furthest apart,
+/// and where they lie how far apart that several stations measured. Empty if nothing was placed.
+/// `distances`: MeasureStationDistances.
 std::vector<PictureRecord> DrawReportPictures(const std::vector<Station>& stations,
                                               const Network& network,
                                               const GeoreferencedNetwork& ground,
-                                              const SurfaceDistances& distances);
+                                              const SurfaceDistances& distances,
+                                              const ExecutionContext& context);
 
 }  // namespace backsight

@@ -1,9 +1,12 @@
 #include "pipeline/section_drawing.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
-#include <set>
+#include <utility>
 
 #include "stages/surface_patch.h"
 
@@ -75,14 +78,19 @@ class SectionCanvas {
       const bool covered = along <= std::max(cut.half_length_m, half_width) && across <= half_width;
       if (covered || !cut.layer) drawn_.push_back(window_.At(x, y) << kStationBits | station);
     });
-    if (drawn_.size() > kMostPending) Compact();
+    if (drawn_.size() > full_) Compact();
   }
 
-  /// The picture and the stations that appear in it.
-  std::pair<RgbImage, std::set<std::size_t>> Finish() {
+  /// How many pixels each station drew.
+  std::map<std::size_t, std::size_t> CountPixels() {
     Compact();
+    std::map<std::size_t, std::size_t> pixels;
+    for (const std::size_t entry : drawn_) ++pixels[StationOf(entry)];
+    return pixels;
+  }
+
+  RgbImage Paint(const std::map<std::size_t, Colour>& colours) const {
     RgbImage image(window_.width_px, window_.height_px, {255, 255, 255});
-    std::set<std::size_t> stations;
     for (std::size_t begin = 0; begin < drawn_.size();) {
       std::size_t end = begin + 1;
       const std::size_t pixel = drawn_[begin] >> kStationBits;
@@ -90,12 +98,10 @@ class SectionCanvas {
       const auto width = static_cast<std::size_t>(window_.width_px);
       const std::size_t x = pixel % width, y = pixel / width;
       const std::size_t chosen = begin + (x + y) / kStripePx % (end - begin);
-      const std::size_t station = drawn_[chosen] & ((std::size_t{1} << kStationBits) - 1);
-      image.Set(static_cast<int>(x), static_cast<int>(y), StationColour(station));
-      stations.insert(station);
+      image.Set(static_cast<int>(x), static_cast<int>(y), colours.at(StationOf(drawn_[chosen])));
       begin = end;
     }
-    return {std::move(image), std::move(stations)};
+    return image;
   }
 
  private:
@@ -103,18 +109,39 @@ class SectionCanvas {
   static constexpr std::size_t kStripePx = 8;
   static constexpr std::size_t kMostPending = std::size_t{1} << 24U;
 
+  static std::size_t StationOf(std::size_t entry) {
+    return entry & ((std::size_t{1} << kStationBits) - 1);
+  }
   void Compact() {
     std::sort(drawn_.begin(), drawn_.end());
     drawn_.erase(std::unique(drawn_.begin(), drawn_.end()), drawn_.end());
+    full_ = std::max(kMostPending, 2 * drawn_.size());
   }
 
   PictureWindow window_;
   std::vector<std::size_t> drawn_;  // pixel and station
+  std::size_t full_ = kMostPending;
 };
+
+/// One colour for each station; kOtherColour where all are taken by those with more pixels.
+std::map<std::size_t, Colour> ColoursOf(const std::map<std::size_t, std::size_t>& pixels) {
+  std::map<std::size_t, Colour> colours;
+  if (pixels.empty() || pixels.rbegin()->first < kStationColours) {  // the same in all pictures
+    for (const auto& [station, count] : pixels) colours[station] = StationColour(station);
+    return colours;
+  }
+  std::vector<std::pair<std::size_t, std::size_t>> ranked(pixels.begin(), pixels.end());
+  std::stable_sort(ranked.begin(), ranked.end(),
+                   [](const auto& a, const auto& b) { return a.second > b.second; });
+  for (std::size_t i = 0; i < ranked.size(); ++i) {
+    colours[ranked[i].first] = i < kStationColours ? StationColour(i) : kOtherColour;
+  }
+  return colours;
+}
 
 }  // namespace
 
-void ForEachCut(const PlacedClouds& clouds, const Section& section,
+void ForEachCut(const PlacedClouds& clouds, const Section& section, const ExecutionContext& context,
                 const std::function<void(const VoxelCut&, std::size_t)>& body) {
   RigidTransform paper_from_frame;
   paper_from_frame.rotation.row(0) = section.across;
@@ -122,6 +149,7 @@ void ForEachCut(const PlacedClouds& clouds, const Section& section,
   paper_from_frame.rotation.row(2) = section.normal();
   paper_from_frame.translation = -(paper_from_frame.rotation * section.origin);
   for (const PlacedStation& placed : clouds.stations) {
+    context.CheckStop();
     const StationModel& model = placed.station->model;
     const RigidTransform paper_from_instrument = paper_from_frame * placed.frame_from_instrument;
     for (std::size_t i = 0; i < model.leaves.size(); ++i) {
@@ -133,16 +161,24 @@ void ForEachCut(const PlacedClouds& clouds, const Section& section,
 }
 
 PictureRecord DrawSection(const PlacedClouds& clouds, const Section& section,
-                          const PictureWindow& window, PictureRecord::Kind kind) {
+                          const PictureWindow& window, PictureRecord::Kind kind,
+                          const ExecutionContext& context) {
   SectionCanvas canvas(window);
-  ForEachCut(clouds, section,
+  ForEachCut(clouds, section, context,
              [&](const VoxelCut& cut, std::size_t station) { canvas.Draw(cut, station); });
-  const auto [image, drawn] = canvas.Finish();
-  PictureRecord picture = MakePicture(kind, window, image);
+  const std::map<std::size_t, Colour> colours = ColoursOf(canvas.CountPixels());
+  PictureRecord picture = MakePicture(kind, window, canvas.Paint(colours));
+  std::size_t others = 0;
   for (const PlacedStation& placed : clouds.stations) {
-    if (!drawn.contains(placed.index)) continue;
-    picture.keys.push_back({placed.station->spec.id, StationColour(placed.index)});
+    const auto colour = colours.find(placed.index);
+    if (colour == colours.end()) continue;
+    if (colour->second == kOtherColour) {
+      ++others;
+    } else {
+      picture.keys.push_back({placed.station->spec.id, colour->second});
+    }
   }
+  if (others > 0) picture.keys.push_back({fmt::format("{} others", others), kOtherColour});
   return picture;
 }
 

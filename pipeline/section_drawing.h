@@ -3,6 +3,7 @@
 #include <functional>
 #include <vector>
 
+#include "core/execution.h"
 #include "io/picture_record.h"
 #include "pipeline/picture_canvas.h"
 #include "pipeline/placed_clouds.h"
@@ -36,13 +37,15 @@ struct VoxelCut {
 /// they suffice) and along that to the nearest place in the slab, is where it is cut: a wall comes
 /// out as a line in its own place and as thick as its points scatter, wherever in the slab the
 /// voxels' means lie.
-void ForEachCut(const PlacedClouds& clouds, const Section& section,
+void ForEachCut(const PlacedClouds& clouds, const Section& section, const ExecutionContext& context,
                 const std::function<void(const VoxelCut&, std::size_t)>& body);
 
 /// Draws the section in the window, stations in their colours; where several share a pixel their
 /// colours alternate along the diagonal, so that walls that fall together are striped and walls
-/// that do not stand beside each other in one colour. Memory: 8 bytes per drawn pixel.
+/// that do not stand beside each other in one colour. Of more stations than there are colours
+/// (kStationColours) those with most pixels have one. Memory: 8 bytes per drawn pixel and station.
 PictureRecord DrawSection(const PlacedClouds& clouds, const Section& section,
-                          const PictureWindow& window, PictureRecord::Kind kind);
+                          const PictureWindow& window, PictureRecord::Kind kind,
+                          const ExecutionContext& context);
 
 }  // namespace backsight

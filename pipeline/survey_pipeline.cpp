@@ -89,9 +89,9 @@ SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
 
   // Poses first: whatever may happen to the large files, they are kept. The final reports replace
   // these.
-  const SurfaceDistances distances = MeasureStationDistances(stations, network, context);
+  const SurfaceDistances distances = MeasureStationDistances(stations, network, ground, context);
   const std::vector<PictureRecord> pictures =
-      DrawReportPictures(stations, network, ground, distances);
+      DrawReportPictures(stations, network, ground, distances, context);
   const RunRecord unfinished =
       SummarizeRun(project, stations, discovery, network, ground, moving, distances, {});
   WriteReports(WithUnfinishedClouds(unfinished, project, out_directory), pictures, project.path,

@@ -211,11 +211,7 @@ NetworkResult SolveNetwork(int stations, std::span<const NetworkLink> links,
   result.removed = static_cast<int>(std::count(used.begin(), used.end(), 0));
   const std::vector<char> bridges = FindBridges(stations, scaled, used);
   for (std::size_t l = 0; l < scaled.size(); ++l) {
-    const PoseGraphLink& link = scaled[l];
     result.loop_controlled.push_back(used[l] != 0 && bridges[l] == 0);
-    result.residuals.push_back(
-        LinkResidual(link, result.poses.survey_from_station[static_cast<std::size_t>(link.source)],
-                     result.poses.survey_from_station[static_cast<std::size_t>(link.target)]));
   }
   FillCovariances(scaled, &result);
   FillClosures(stations, scaled, &result);

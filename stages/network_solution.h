@@ -52,7 +52,6 @@ struct NetworkResult {
   PoseGraphResult poses;  ///< weights: 1 used, 0 not; covariance scaled
   std::vector<LinkFate> fate;
   std::vector<bool> loop_controlled;  ///< used, and its ends hang together without it
-  std::vector<Vector6d> residuals;    ///< LinkResidual
   /// Of target_from_source between the link's stations in the adjusted network; zero where they are
   /// in different components.
   std::vector<Matrix6d> link_covariance;

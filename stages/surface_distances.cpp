@@ -15,10 +15,10 @@ constexpr double kSameWay = 0.866;       // cos 30 deg
 constexpr double kCellM = 1.0;           // of the grid that finds pairs and shared space
 constexpr std::size_t kFewestCells = 5;  // shared by a pair that is compared
 constexpr std::size_t kMostSamples = 400'000;
-constexpr std::size_t kFewestOfPair = 200;
+constexpr std::size_t kFewestOfPair = 20;
 constexpr std::size_t kMostOfPair = 5'000;
 
-/// The cells of the survey frame that a cloud's voxels lie in.
+/// The cells of the common frame that a cloud's voxels lie in.
 struct CloudCells {
   std::vector<std::uint64_t> of_leaf;
   std::vector<std::uint64_t> occupied;  // sorted
@@ -28,7 +28,7 @@ CloudCells FindCells(const PlacedCloud& cloud) {
   const VoxelLattice grid{kCellM, Eigen::Vector3d::Zero()};
   CloudCells cells;
   for (const VoxelLeaf& leaf : cloud.surface.model.leaves) {
-    cells.of_leaf.push_back(grid.Key(cloud.survey_from_instrument * leaf.cluster.mean));
+    cells.of_leaf.push_back(grid.Key(cloud.frame_from_instrument * leaf.cluster.mean));
   }
   cells.occupied = cells.of_leaf;
   std::sort(cells.occupied.begin(), cells.occupied.end());
@@ -52,7 +52,7 @@ struct Side {
 std::optional<DistanceSample> Measure(const PlacedCloud& from, const PlacedCloud& to,
                                       std::size_t leaf, double search_m) {
   const RigidTransform to_from_from =
-      to.survey_from_instrument.Inverse() * from.survey_from_instrument;
+      to.frame_from_instrument.Inverse() * from.frame_from_instrument;
   const Eigen::Vector3d voxel = to_from_from * from.surface.model.leaves[leaf].cluster.mean;
   const auto nearest = to.index.search.Nearest(voxel, 1);
   if (nearest.empty() || nearest.front().distance_m > search_m) return std::nullopt;
@@ -63,8 +63,8 @@ std::optional<DistanceSample> Measure(const PlacedCloud& from, const PlacedCloud
   const double alike = other->normal.dot(to_from_from.rotation * patch->normal);
   const bool sides_known = from.surface.scanner_credible && to.surface.scanner_credible;
   if ((sides_known ? alike : std::abs(alike)) < kSameWay) return std::nullopt;
-  return DistanceSample{from.survey_from_instrument * patch->mean,
-                        from.survey_from_instrument.rotation * patch->normal,
+  return DistanceSample{from.frame_from_instrument * patch->mean,
+                        from.frame_from_instrument.rotation * patch->normal,
                         std::abs(other->normal.dot(to_from_from * patch->mean - other->mean))};
 }
 
@@ -84,6 +84,30 @@ void MeasureSide(const Side& from, const Side& to, const std::vector<std::uint64
   }
 }
 
+/// Pairs in one component that share enough cells; still without samples.
+std::vector<PairDistances> OverlappingPairs(std::span<const PlacedCloud> clouds,
+                                            const std::vector<CloudCells>& cells,
+                                            const ExecutionContext& context) {
+  std::vector<PairDistances> pairs;
+  for (std::size_t a = 0; a < clouds.size(); ++a) {
+    for (std::size_t b = a + 1; b < clouds.size(); ++b) {
+      if (clouds[a].component != clouds[b].component) continue;
+      pairs.push_back({static_cast<int>(a), static_cast<int>(b), {}});
+    }
+  }
+  std::vector<char> overlaps(pairs.size());
+  context.ParallelFor(pairs.size(), [&](std::size_t p) {
+    context.CheckStop();
+    const auto a = static_cast<std::size_t>(pairs[p].a), b = static_cast<std::size_t>(pairs[p].b);
+    overlaps[p] = SharedCells(cells[a], cells[b]).size() >= kFewestCells ? 1 : 0;
+  });
+  std::vector<PairDistances> overlapping;
+  for (std::size_t p = 0; p < pairs.size(); ++p) {
+    if (overlaps[p] != 0) overlapping.push_back(std::move(pairs[p]));
+  }
+  return overlapping;
+}
+
 }  // namespace
 
 SurfaceDistances MeasureSurfaceDistances(std::span<const PlacedCloud> clouds,
@@ -93,31 +117,20 @@ SurfaceDistances MeasureSurfaceDistances(std::span<const PlacedCloud> clouds,
     result.search_m = std::max(result.search_m, kSearchEdges * cloud.surface.model.resolution_m());
   }
   std::vector<CloudCells> cells(clouds.size());
-  context.ParallelFor(clouds.size(), [&](std::size_t i) { cells[i] = FindCells(clouds[i]); });
-  std::vector<PairDistances> pairs;
-  for (std::size_t a = 0; a < clouds.size(); ++a) {
-    for (std::size_t b = a + 1; b < clouds.size(); ++b) {
-      if (clouds[a].component != clouds[b].component) continue;
-      pairs.push_back({static_cast<int>(a), static_cast<int>(b), {}});
-    }
-  }
-  std::vector<std::vector<std::uint64_t>> shared(pairs.size());
-  context.ParallelFor(pairs.size(), [&](std::size_t p) {
-    const auto a = static_cast<std::size_t>(pairs[p].a), b = static_cast<std::size_t>(pairs[p].b);
-    shared[p] = SharedCells(cells[a], cells[b]);
-    if (shared[p].size() < kFewestCells) shared[p].clear();
+  context.ParallelFor(clouds.size(), [&](std::size_t i) {
+    context.CheckStop();
+    cells[i] = FindCells(clouds[i]);
   });
-  const auto overlapping = static_cast<std::size_t>(std::count_if(
-      shared.begin(), shared.end(), [](const auto& common) { return !common.empty(); }));
-  const std::size_t most = std::clamp(kMostSamples / std::max<std::size_t>(1, 2 * overlapping),
+  std::vector<PairDistances> pairs = OverlappingPairs(clouds, cells, context);
+  const std::size_t most = std::clamp(kMostSamples / std::max<std::size_t>(1, 2 * pairs.size()),
                                       kFewestOfPair, kMostOfPair);
   context.ParallelFor(pairs.size(), [&](std::size_t p) {
-    if (shared[p].empty()) return;
     context.CheckStop();
     const auto a = static_cast<std::size_t>(pairs[p].a), b = static_cast<std::size_t>(pairs[p].b);
     const Side side_a{clouds[a], cells[a]}, side_b{clouds[b], cells[b]};
-    MeasureSide(side_a, side_b, shared[p], most, result.search_m, &pairs[p].samples);
-    MeasureSide(side_b, side_a, shared[p], most, result.search_m, &pairs[p].samples);
+    const std::vector<std::uint64_t> shared = SharedCells(cells[a], cells[b]);
+    MeasureSide(side_a, side_b, shared, most, result.search_m, &pairs[p].samples);
+    MeasureSide(side_b, side_a, shared, most, result.search_m, &pairs[p].samples);
   });
   std::copy_if(std::make_move_iterator(pairs.begin()), std::make_move_iterator(pairs.end()),
                std::back_inserter(result.pairs),

@@ -16,7 +16,9 @@ struct SurfacePatch {
 };
 
 /// The plane of a cluster of points; none where it has fewer than 8 points, is no thin layer
-/// (variances 1 to 16), or is thicker than a tenth of a voxel's edge (standard deviation).
+/// (variances 1 to 16) or thicker than a tenth of a voxel's edge (standard deviation), or where the
+/// points lie along a line (variances 1 to 20), as on the ground far from a scanner, whose rings
+/// stand apart: the plane could turn about it.
 std::optional<SurfacePatch> PatchOf(const PointCluster& cluster, double edge_m);
 
 /// The plane of all voxels whose means lie within two edges of the leaf's: sparse scans have too

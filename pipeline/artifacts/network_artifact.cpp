@@ -35,16 +35,16 @@ void Transfer(Archive& archive, Ambiguity& ambiguity) {
 
 template <class Archive>
 void Transfer(Archive& archive, NetworkResult& result) {
-  archive(result.poses, result.fate, result.loop_controlled, result.residuals,
-          result.link_covariance, result.support, result.sigma_factor, result.cycle_sigma_factor,
-          result.redundancy, result.closures, result.covariance, result.weakest, result.ambiguities,
-          result.removed, result.readmitted, result.moves);
+  archive(result.poses, result.fate, result.loop_controlled, result.link_covariance, result.support,
+          result.sigma_factor, result.cycle_sigma_factor, result.redundancy, result.closures,
+          result.covariance, result.weakest, result.ambiguities, result.removed, result.readmitted,
+          result.moves);
 }
 
 template <class Archive>
 void Transfer(Archive& archive, NetworkCandidate& candidate) {
   archive(candidate.pair, candidate.candidate, candidate.fate, candidate.refuted,
-          candidate.loop_controlled, candidate.residual, candidate.covariance);
+          candidate.loop_controlled, candidate.covariance);
 }
 
 template <class Archive>

@@ -91,6 +91,15 @@ TEST(ReportHtml, NamesTheFrameOfCoordinates) {
   run.georeference[0].origin_deg_deg_m.reset();
   run.georeference[0].crs = "local grid of the control";
   EXPECT_THAT(Html(run), HasSubstr("<b>local grid of the control</b> in metres"));
+  // A small component on the ground does not put the main network there.
+  GeoreferenceRecord second = run.georeference[0];
+  second.component = 1;
+  run.georeference[0].status = "too_few_points";
+  run.georeference.push_back(second);
+  EXPECT_THAT(Html(run), HasSubstr("Coordinates: <b>survey frame</b>"));
+  EXPECT_THAT(Html(run), HasSubstr("control ties component 2 to <b>local grid of the control"));
+  std::swap(run.georeference[0].status, run.georeference[1].status);
+  EXPECT_THAT(Html(run), HasSubstr("<b>Not so component 2</b>"));
   run.georeference.clear();
   EXPECT_THAT(Html(run), HasSubstr("<b>survey frame</b>"));
 }
@@ -134,7 +143,22 @@ TEST(ReportHtml, ShowsControlAndCheckPoints) {
   EXPECT_THAT(html, HasSubstr("Not tied to the ground: too few points"));
   EXPECT_THAT(html, Not(HasSubstr("<td>P1</td>")));
   run.georeference.clear();
+  EXPECT_THAT(Html(run), HasSubstr("The project gives 3, but there is no network"));
+  run.survey_points = 0;
   EXPECT_THAT(Html(run), HasSubstr("The project gives neither"));
+}
+
+TEST(ReportHtml, ControlThatNothingChecksIsNotCalledGood) {
+  RunRecord run = SampleRun();
+  EXPECT_THAT(Html(run), Not(HasSubstr("unchecked: N")));
+  SurveyPointRecord& point = run.georeference[0].points[0];
+  *point.w = {0.5, 0.0, -0.7};
+  point.checked = {true, false, true};
+  EXPECT_THAT(Html(run),
+              HasSubstr("<td class=\"n\">0.70<span class=\"bad\">\xe2\x9c\x97 unchecked: N"));
+  point.checked = {false, false, false};
+  EXPECT_THAT(Html(run),
+              HasSubstr("<td class=\"n\"><span class=\"bad\">\xe2\x9c\x97 unchecked: ENH"));
 }
 
 TEST(ReportHtml, CountsComponentsFromOne) {
@@ -217,9 +241,9 @@ TEST(ReportHtml, StandsEmptyRunsAndLoneStations) {
 TEST(ReportHtml, NotANumberIsRefused) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const auto& spoil : std::vector<std::function<void(RunRecord&)>>{
-           [&](RunRecord& r) { r.poses[2].survey_from_station.translation.x() = nan; },
-           [&](RunRecord& r) { r.poses[2].survey_from_station.translation.z() = nan; },
-           [&](RunRecord& r) { (*r.poses[2].covariance)(0, 0) = nan; },
+           [&](RunRecord& r) { r.poses[8].survey_from_station.translation.x() = nan; },
+           [&](RunRecord& r) { r.poses[8].survey_from_station.translation.z() = nan; },
+           [&](RunRecord& r) { (*r.poses[8].covariance)(0, 0) = nan; },
            [&](RunRecord& r) { r.links[1].network_residual_m = nan; },
            [&](RunRecord& r) { r.links[1].rms_m = nan; },
            [&](RunRecord& r) { r.links[0].held_out->rms_after_m = nan; },

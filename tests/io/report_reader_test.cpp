@@ -84,7 +84,9 @@ TEST(ReportReader, DamageIsNamedWithItsPlace) {
            {[](auto& j) { j["pictures"][2]["png_base64"] = "\"><script>"; },
             "/pictures/2/png_base64: other characters; expected base64"},
            {[](auto& j) { j["pictures"][2]["width_px"] = 0; }, "/pictures/2/width_px"},
-           {[](auto& j) { j["pictures"][2]["metres_per_pixel"] = 0; }, "metres_per_pixel"}}) {
+           {[](auto& j) { j["pictures"][2]["metres_per_pixel"] = 0; }, "metres_per_pixel"},
+           {[](auto& j) { j["pictures"][2]["left_top"][0] = 1e19; }, "/pictures/2/left_top"},
+           {[](auto& j) { j["distances"]["bin_m"] = 0; }, "/distances/bin_m"}}) {
     EXPECT_THAT(ComplaintOf(spoil), HasSubstr(complaint));
   }
 }

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -220,6 +221,29 @@ TEST(RunJson, ReadsTheCloudsOfAManifest) {
   }
   std::filesystem::remove(path);
   EXPECT_TRUE(ReadWrittenClouds(path).empty());
+}
+
+TEST(EllipseOf, PointsWhereThePlaceIsLeastCertain) {
+  // 3 mm towards azimuth 30 degrees, 1 mm across, and more in height, which plays no part.
+  const double azimuth = std::numbers::pi / 6.0;
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
+  axes.topLeftCorner<2, 2>() << std::sin(azimuth), std::cos(azimuth), std::cos(azimuth),
+      -std::sin(azimuth);
+  Matrix6d covariance = Matrix6d::Zero();
+  covariance.bottomRightCorner<3, 3>() =
+      axes * Eigen::Vector3d(9e-6, 1e-6, 1e-4).asDiagonal() * axes.transpose();
+  const ErrorEllipse ellipse = EllipseOf({}, covariance);
+  EXPECT_NEAR(ellipse.semi_major_m, 0.003, 1e-9);
+  EXPECT_NEAR(ellipse.semi_minor_m, 0.001, 1e-9);
+  EXPECT_NEAR(ellipse.azimuth_deg, 30.0, 1e-6);
+
+  // What turns about the origin by 0.1 mrad moves a place 10 m east of it by 1 mm, north or south.
+  Matrix6d turning = Matrix6d::Zero();
+  turning(2, 2) = 1e-8;
+  const ErrorEllipse swung = EllipseOf({Eigen::Matrix3d::Identity(), {10.0, 0.0, 2.0}}, turning);
+  EXPECT_NEAR(swung.semi_major_m, 0.001, 1e-9);
+  EXPECT_NEAR(swung.semi_minor_m, 0.0, 1e-9);
+  EXPECT_NEAR(std::remainder(swung.azimuth_deg, 180.0), 0.0, 1e-6);
 }
 
 }  // namespace

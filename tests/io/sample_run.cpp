@@ -57,7 +57,7 @@ LinkRecord SampleLink(const RunRecord& run, int source, int target, LinkStatus s
     return link;
   }
   link.fine = link.coarse;
-  link.fine_status = "converged";
+  link.fine_status = "refined";
   link.planes = 800;
   link.rms_m = random.Uniform(0.001, 0.004);
   link.weakest_sigma_m = random.Uniform(0.0003, 0.002);
@@ -77,6 +77,19 @@ LinkRecord SampleLink(const RunRecord& run, int source, int target, LinkStatus s
   return link;
 }
 
+/// Turned by a quarter against the survey frame, and near the control.
+GroundPose SampleGround(const PoseRecord& pose) {
+  RigidTransform enu_from_survey;
+  enu_from_survey.rotation << 0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0;
+  enu_from_survey.translation = {20.0, 20.0, 0.5};
+  GroundPose ground;
+  ground.enu_from_station = enu_from_survey * pose.survey_from_station;
+  ground.covariance = *pose.covariance;
+  ground.position =
+      ground.enu_from_station.translation + Eigen::Vector3d(691000.0, 5335800.0, 512.0);
+  return ground;
+}
+
 /// One control point, one that was excluded, one check point.
 GeoreferenceRecord SampleGeoreference() {
   GeoreferenceRecord record;
@@ -84,6 +97,7 @@ GeoreferenceRecord SampleGeoreference() {
   record.crs = "ETRS89 / UTM zone 32N";
   record.heights = "ellipsoidal heights";
   record.origin_deg_deg_m = Eigen::Vector3d(48.15, 11.55, 560.0);
+  record.origin_crs_m = Eigen::Vector3d(691000.0, 5335800.0, 512.0);
   record.scale_test = ScaleRecord{12.5, 30.5};
   SurveyPointRecord control;
   control.id = "P1";
@@ -164,6 +178,8 @@ RunRecord LargeRun(int stations) {
   run.links.clear();
   run.scans.clear();
   run.components.resize(1);
+  run.georeference.clear();
+  run.survey_points = 0;
   const ScanRecord scan = SampleRun().scans.front();
   for (int i = 1; i <= stations; ++i) {
     PoseRecord pose = SamplePose(1, random);
@@ -239,10 +255,21 @@ RunRecord SampleRun() {
                     {.component = 1, .stations = 2, .links = 1, .refinement = "too_few_planes"}};
   run.closures = {{{"S1", "S2", "S8"}, 0.021, 0.051, 0.0017, 0.004}};
   run.georeference = {SampleGeoreference()};
-  run.poses[1].ground = GroundPose{run.poses[1].survey_from_station, *run.poses[1].covariance,
-                                   Eigen::Vector3d(691023.25, 5335821.5, 512.0)};
+  run.survey_points = 3;
+  for (PoseRecord& pose : run.poses) {
+    if (pose.component == 0) pose.ground = SampleGround(pose);
+  }
   run.distances = SampleDistances();
-  run.network = {{"iterations", 9.0}, {"cost", 1.25}, {"removed_links", 0.0}};
+  run.network = {{"sigma_factor", 1.3},
+                 {"cycle_sigma_factor", 1.1},
+                 {"redundancy", 12.0},
+                 {"robust_rounds", 9.0},
+                 {"links_removed", 2.0},
+                 {"links_readmitted", 0.0},
+                 {"pairs_registered_in_full", 12.0},
+                 {"pairs_from_predicted_poses", 0.0},
+                 {"station_pairs_compared_in_place", 28.0},
+                 {"station_pairs_in_conflict", 1.0}};
   return run;
 }
 

@@ -78,7 +78,7 @@ class Reports(unittest.TestCase):
         self.assertEqual(faults(document), [])
         kinds = [picture["kind"] for picture in document["pictures"]]
         self.assertEqual(kinds.count("section"), 4)
-        self.assertEqual(kinds.count("detail"), 4)
+        self.assertEqual(kinds.count("detail"), 5)
         self.assertGreater(document["distances"]["total"]["samples"], 1000)
 
     def test_damage_is_found(self):

@@ -3,9 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 
 #include "core/random.h"
+#include "stages/surface_patch.h"
 
 namespace backsight {
 namespace {
@@ -35,11 +37,11 @@ struct Stations {
   std::vector<Eigen::Vector3f> normals;
   std::vector<PlacedCloud> clouds;
 
-  void Add(const RigidTransform& survey_from_instrument, int component = 0) {
+  void Add(const RigidTransform& frame_from_instrument, int component = 0) {
     models.push_back(std::make_unique<StationModel>(Corner(models.size() + 1)));
     indices.push_back(std::make_unique<CloudIndex>(*models.back()));
     clouds.push_back(
-        {{*models.back(), normals, true}, *indices.back(), survey_from_instrument, component});
+        {{*models.back(), normals, true}, *indices.back(), frame_from_instrument, component});
   }
 };
 
@@ -65,6 +67,27 @@ TEST(SurfaceDistances, MeasureAKnownShift) {
   EXPECT_EQ(distances.search_m, 2.0 * kEdge);
   EXPECT_NEAR(Median(distances.pairs[0].samples, OnWall), 0.003, 0.0002);
   EXPECT_NEAR(Median(distances.pairs[0].samples, OnFloor), 0.0, 0.0002);
+}
+
+TEST(SurfacePatch, RingsOnTheGroundAreNoSurfaceUntilTwoOfThemAre) {
+  Random random(3);
+  // The ground 1.5 m below a scanner, seen at 20 m under 4 degrees; 2 mm of noise along the beam.
+  const auto ring = [&](double radius) {
+    VoxelClusterer all({10.0, Eigen::Vector3d::Zero()});
+    for (double angle = 0.02; angle < 0.03; angle += 0.0005) {
+      const Eigen::Vector3d beam =
+          Eigen::Vector3d(radius * std::cos(angle), radius * std::sin(angle), -1.5 + 10.0)
+              .normalized();
+      all.Add(Eigen::Vector3d(radius * std::cos(angle), radius * std::sin(angle), 1.5) +
+              0.002 * random.Normal() * beam);
+    }
+    return all.Finish().at(0).cluster;
+  };
+  const PointCluster near = ring(21.0);
+  EXPECT_FALSE(PatchOf(near, kEdge));
+  const auto both = PatchOf(near + ring(21.12), kEdge);
+  ASSERT_TRUE(both);
+  EXPECT_GT(std::abs(both->normal.z()), 0.99);
 }
 
 TEST(SurfaceDistances, DoNotDependOnThreads) {

@@ -1,0 +1,131 @@
+#include "pipeline/run_verdict.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "pipeline/survey_pipeline.h"
+
+namespace backsight {
+namespace {
+
+/// In the main network.
+int CountPlaced(const std::vector<PoseRecord>& poses) {
+  return static_cast<int>(std::count_if(poses.begin(), poses.end(), [](const PoseRecord& pose) {
+    return pose.status == StationStatus::kRegistered && pose.component == 0;
+  }));
+}
+
+/// Of its place on the ground where control gives it one.
+std::optional<PoseSigma> SigmaOnGround(const PoseRecord& pose) {
+  if (!pose.ground) return SigmaOf(pose);
+  return SigmaOf(pose.ground->enu_from_station, pose.ground->covariance);
+}
+
+/// Of the stations that are placed; none at all, or one of unknown sigma, is a failure.
+GateRecord JudgeSigmas(double limit_mm, const std::vector<PoseRecord>& poses) {
+  double worst_mm = 0.0;
+  int placed = 0, known = 0;
+  for (const PoseRecord& pose : poses) {
+    if (pose.status != StationStatus::kRegistered) continue;
+    ++placed;
+    const auto sigma = SigmaOnGround(pose);
+    if (!sigma) continue;
+    ++known;
+    worst_mm = std::max(worst_mm, 1000.0 * sigma->worst_position_m);
+  }
+  std::string value = placed == 0 ? "no station placed" : fmt::format("{:.2f} mm", worst_mm);
+  if (known < placed) value += fmt::format(", unknown of {} stations", placed - known);
+  return {"max_station_sigma_mm", fmt::format("{:g} mm", limit_mm), value,
+          placed > 0 && known == placed && worst_mm <= limit_mm};
+}
+
+/// The component with the largest error; no check points at all are a failure, too.
+GateRecord JudgeCheckPoints(double limit_mm, const std::vector<GeoreferenceRecord>& georeference) {
+  CheckRecord worst;
+  for (const GeoreferenceRecord& record : georeference) {
+    if (record.check.points == 0) continue;
+    if (worst.points == 0 || record.check.rmse_3d_m > worst.rmse_3d_m) worst = record.check;
+  }
+  const double rmse_mm = 1000.0 * worst.rmse_3d_m;
+  return {"max_check_rmse_mm", fmt::format("{:g} mm, 3D", limit_mm),
+          worst.points == 0 ? "no check points"
+                            : fmt::format("{:.2f} mm, n = {}", rmse_mm, worst.points),
+          worst.points > 0 && rmse_mm <= limit_mm};
+}
+
+/// False if there is control and it does not place the main network.
+bool IsOnGround(const RunRecord& run) {
+  return run.georeference.empty() || run.georeference.front().placed();
+}
+
+}  // namespace
+
+std::vector<GateRecord> JudgeGates(const GateSpec& gates, const std::vector<PoseRecord>& poses,
+                                   const std::vector<GeoreferenceRecord>& georeference) {
+  std::vector<GateRecord> judged;
+  for (const GeoreferenceRecord& record : georeference) {
+    if (record.status != "contradictory") continue;
+    judged.push_back({"control_agrees", "residuals that the sigmas explain",
+                      fmt::format("residuals of control {:.1f} times as large as its sigmas allow",
+                                  std::sqrt(record.variance_factor)),
+                      false});
+  }
+  if (gates.max_check_rmse_mm) {
+    judged.push_back(JudgeCheckPoints(*gates.max_check_rmse_mm, georeference));
+  }
+  if (gates.max_station_sigma_mm) {
+    judged.push_back(JudgeSigmas(*gates.max_station_sigma_mm, poses));
+  }
+  if (gates.require_all_stations) {
+    const int placed = CountPlaced(poses);
+    judged.push_back({"require_all_stations", fmt::format("{} in one network", poses.size()),
+                      fmt::format("{}", placed), placed == static_cast<int>(poses.size())});
+  }
+  return judged;
+}
+
+void Judge(const Completion& completion, RunRecord* run) {
+  const int all = static_cast<int>(run->poses.size());
+  const int placed = CountPlaced(run->poses);
+  const int usable = static_cast<int>(std::count_if(
+      run->poses.begin(), run->poses.end(),
+      [](const PoseRecord& pose) { return pose.status != StationStatus::kUnreadable; }));
+  const auto failed = std::find_if(run->gates.begin(), run->gates.end(),
+                                   [](const GateRecord& gate) { return !gate.passed; });
+  if (usable < 2) {
+    run->exit_code = kNoUsableInput;
+    run->verdict = fmt::format("No usable input: {} of {} scans could be read.", usable, all);
+  } else if (failed != run->gates.end()) {
+    run->exit_code = kGateFailed;
+    run->verdict = fmt::format("Gate {} failed: {} (limit {}). {} of {} stations placed.",
+                               failed->name, failed->value, failed->limit, placed, all);
+  } else if (!IsOnGround(*run)) {
+    run->exit_code = kPartial;
+    run->verdict = fmt::format(
+        "Partial: {} of {} stations placed in one network, which control does not tie to the "
+        "ground.",
+        placed, all);
+  } else if (placed < all) {
+    run->exit_code = kPartial;
+    run->verdict = fmt::format("Partial: {} of {} stations placed in one network.", placed, all);
+  } else if (!completion.converged) {
+    run->exit_code = kPartial;
+    run->verdict = fmt::format(
+        "Partial: all {} stations placed in one network, whose adjustment did not converge: poses "
+        "are provisional.",
+        all);
+  } else if (completion.failed_pairs > 0) {
+    run->exit_code = kPartial;
+    run->verdict = fmt::format(
+        "Partial: all {} stations placed in one network, but {} pair(s) of them failed.", all,
+        completion.failed_pairs);
+  } else {
+    run->exit_code = kComplete;
+    run->verdict = fmt::format("Complete: all {} stations placed in one network.", all);
+  }
+}
+
+}  // namespace backsight

@@ -1,0 +1,143 @@
+#include "pipeline/run_warnings.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string>
+
+#include "pipeline/ground_records.h"
+#include "pipeline/link_records.h"
+
+namespace backsight {
+namespace {
+
+void AddPoseWarnings(RunRecord* run) {
+  for (const PoseRecord& pose : run->poses) {
+    if (pose.status != StationStatus::kRegistered) {
+      run->warnings.push_back(fmt::format("station {}: {}", pose.station, pose.reason));
+    } else if (pose.component > 0) {
+      run->warnings.push_back(fmt::format(
+          "station {} is in component {}, which nothing connects with the main network{}",
+          pose.station, ComponentNumber(pose.component),
+          DescribeDoubtful(run->links, pose.station)));
+    }
+  }
+}
+
+void AddLinkWarnings(RunRecord* run) {
+  for (const LinkRecord& link : run->links) {
+    if (link.reason == "contradicts_network") {
+      run->warnings.push_back(
+          fmt::format("link {} - {} contradicts the network by {:.3f} m and was removed",
+                      link.source, link.target, link.network_residual_m.value_or(0.0)));
+    }
+    if (link.reason == "refuted_by_views") {
+      run->warnings.push_back(fmt::format(
+          "link {} - {} was the only one between two parts of the network, whose stations saw "
+          "through each other's surfaces; the parts were left apart",
+          link.source, link.target));
+    }
+    if (link.status == LinkStatus::kAccepted && !link.loop_controlled.value_or(false)) {
+      run->warnings.push_back(
+          fmt::format("link {} - {} is uncontrolled: no loop of other links checks it", link.source,
+                      link.target));
+    }
+    if (link.status == LinkStatus::kAccepted && link.fine_status != "refined" &&
+        link.fine_status != "refined_on_surfaces") {
+      run->warnings.push_back(fmt::format("link {} - {}: fine registration ended as {}",
+                                          link.source, link.target, link.fine_status));
+    }
+  }
+}
+
+/// Attempts at pairs that ended before their end.
+void AddPairWarnings(const std::vector<Station>& stations, const PairDiscovery& discovery,
+                     RunRecord* run) {
+  const auto id = [&](int station) { return stations[static_cast<std::size_t>(station)].spec.id; };
+  for (const Pair& pair : discovery.pairs) {
+    const std::string name = fmt::format("pair {} - {}", id(pair.source), id(pair.target));
+    if (!pair.fault.empty()) {
+      run->warnings.push_back(name + " failed: " + pair.fault);
+    } else if (!pair.further_fault.empty()) {
+      run->warnings.push_back(fmt::format("{}: a further attempt failed, what was found before it "
+                                          "stands: {}",
+                                          name, pair.further_fault));
+    }
+  }
+}
+
+/// Components whose planes were given up: they stand as the pairs alone have them.
+void AddRefinementWarnings(RunRecord* run) {
+  for (const ComponentRecord& component : run->components) {
+    if (!component.refinement.starts_with("kept_pose_graph_")) continue;
+    std::string reason = component.refinement.substr(std::string("kept_pose_graph_").size());
+    std::replace(reason.begin(), reason.end(), '_', ' ');
+    run->warnings.push_back(fmt::format(
+        "component {}: the planes of all stations gave no better network ({}), that of the pairs "
+        "stands",
+        ComponentNumber(component.component), reason));
+  }
+}
+
+/// Stations that saw through each other's surfaces, and those that could stand in two ways.
+void AddPlacementWarnings(const std::vector<Station>& stations, const Network& network,
+                          RunRecord* run) {
+  const auto id = [&](int station) { return stations[static_cast<std::size_t>(station)].spec.id; };
+  for (const PlacementConflict& pair : network.check.conflicts) {
+    run->warnings.push_back(fmt::format(
+        "stations {} and {} contradict each other: {:.0f} % of the surfaces in view were seen "
+        "through; look at both in the cross sections",
+        id(pair.a), id(pair.b), 100.0 * pair.conflict));
+  }
+  for (const Ambiguity& ambiguity : network.solution.ambiguities) {
+    std::string names;
+    for (const int station : ambiguity.stations) {
+      names += (names.empty() ? "" : ", ") + id(station);
+    }
+    run->warnings.push_back(fmt::format(
+        "station(s) {} could stand in two ways, {:.2f} m and {:.1f} deg apart, between which the "
+        "scans do not decide; they were left apart",
+        names, ambiguity.shift_m, ambiguity.turn_deg));
+  }
+}
+
+/// The refinement was accepted for what it did to all pairs together; a pair may have lost by it.
+void AddHeldOutWarnings(const std::vector<Station>& stations, const Network& network,
+                        RunRecord* run) {
+  constexpr double kSignificant = 3.0;  // by chance one pair in 700
+  for (const NetworkPart& part : network.parts) {
+    if (part.refinement.status != NetworkRefinementResult::Status::kRefined) continue;
+    const auto id = [&](int place) {
+      const int station = part.stations[static_cast<std::size_t>(place)];
+      return stations[static_cast<std::size_t>(station)].spec.id;
+    };
+    for (const HeldOutPair& pair : part.refinement.held_out) {
+      if (!pair.change.IsWorse(kSignificant)) continue;
+      run->warnings.push_back(fmt::format(
+          "stations {} and {} fit worse since the planes of all stations were adjusted: {:.2f} mm "
+          "rms before, {:.2f} mm after on {} planes that took no part",
+          id(pair.a), id(pair.b), 1000.0 * pair.rms_before, 1000.0 * pair.rms_after, pair.planes));
+    }
+  }
+}
+
+}  // namespace
+
+void AddWarnings(const SurveyProject& project, const std::vector<Station>& stations,
+                 const PairDiscovery& discovery, const Network& network,
+                 const GeoreferencedNetwork& ground, RunRecord* run) {
+  AddPoseWarnings(run);
+  AddLinkWarnings(run);
+  AddPairWarnings(stations, discovery, run);
+  AddRefinementWarnings(run);
+  AddPlacementWarnings(stations, network, run);
+  AddHeldOutWarnings(stations, network, run);
+  for (std::string& warning : GroundWarnings(project, ground, run->georeference)) {
+    run->warnings.push_back(std::move(warning));
+  }
+  for (std::string& warning : SightingWarnings(project, stations)) {
+    run->warnings.push_back(std::move(warning));
+  }
+}
+
+}  // namespace backsight
