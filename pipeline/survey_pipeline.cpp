@@ -61,7 +61,7 @@ SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
   StageClock clock(context, &run.times);
 
   const std::vector<Station> stations = LoadStations(project.stations, options, context, store);
-  for (const Station& station : stations) run.scan_fingerprints.push_back(station.scan_fingerprint);
+  for (const Station& station : stations) run.scan_fingerprints.push_back(station.scan.fingerprint);
   RequireMemory(stations);
   clock.Finish("stations");
 
