@@ -52,6 +52,12 @@ std::vector<MergeStation> MergeStationsOf(const std::vector<int>& stations,
     member.open = [spec = station.spec] {
       return OpenScan(spec.scan, spec.scan_index, spec.columns);
     };
+    if (!station.scan.stamp.empty()) {
+      member.require_unchanged = [path = station.spec.scan,
+                                  scan = station.scan](const ExecutionContext& context) {
+        RequireUnchanged(path, scan, context);
+      };
+    }
     member.cos_incidence =
         [incidence = SurfaceIncidence(station.surface())](const Eigen::Vector3d& point) mutable {
           return incidence.CosAt(point);
