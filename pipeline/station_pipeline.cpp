@@ -59,7 +59,8 @@ void FillRecord(const IngestResult& ingest, Station* station) {
 void ComputeStation(const SurveyOptions& options, const ExecutionContext& context,
                     Station* station) {
   const std::unique_ptr<ScanReader> reader =
-      OpenScan(station->spec.scan, station->spec.scan_index, station->spec.columns);
+      OpenScan(station->spec.scan, station->spec.scan_index, station->spec.columns,
+               [&context] { context.CheckStop(); });
   station->info = reader->info();
   IngestResult ingest = IngestScan(station->spec.id, *reader, station->spec.scanner_origin_m,
                                    options.ingest, context);

@@ -31,7 +31,7 @@ struct MergeStation {
   std::function<std::unique_ptr<ScanReader>()> open;
   /// Throws InputError where the scan is no longer the one that the pose is of; empty: never looks.
   /// Called whenever the scan has been read.
-  std::function<void(const ExecutionContext&)> require_unchanged;
+  std::function<void()> require_unchanged;
   /// Cosine of the angle at which the beam met the surface at a point of the scan, station frame
   /// (SurfaceIncidence); empty: never known. Asked for in the order of reading, when thinning.
   std::function<std::optional<double>(const Eigen::Vector3d&)> cos_incidence;
