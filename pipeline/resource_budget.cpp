@@ -25,7 +25,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kGigabyte = 1e9;
-constexpr std::uint64_t kProgramBytes = 60'000'000;
+constexpr std::uint64_t kProgramBytes = 60'000'000;  // code and libraries
 // A stored station takes this much more in memory: index, range image, search tree (measured on
 // ETH Facade and on simulated streets: 2.2 to 2.7).
 constexpr double kMemoryPerStored = 2.6;
@@ -137,13 +137,13 @@ std::string SizeText(std::uint64_t bytes) {
                           : fmt::format("{:.1f} GB", size / kGigabyte);
 }
 
-/// Bytes of data this process has now.
-std::uint64_t DataBytes() {
+/// Bytes of this process now, as the system counts them under `name`.
+std::uint64_t BytesOf(std::string_view name) {
   std::ifstream status("/proc/self/status");
   std::string word;
   while (status >> word) {
     std::uint64_t kilobytes = 0;
-    if (word == "VmData:" && status >> kilobytes) return kilobytes * 1024;
+    if (word == name && status >> kilobytes) return kilobytes * 1024;
   }
   return 0;
 }
@@ -232,12 +232,15 @@ void WakeThreads(const ExecutionContext& context) {
 }
 
 bool LimitMemory(double memory_gb, int threads) {
+  // The limit is on data alone: the program's own pages come on top.
+  const auto program = std::max(kProgramBytes, BytesOf("RssFile:"));
   const auto bytes =
       static_cast<rlim_t>(memory_gb * kGigabyte) + static_cast<rlim_t>(threads) * kStackBytes;
-  if (DataBytes() >= bytes) return false;  // a sanitizer reserves more than any budget
+  // A sanitizer reserves more than any budget.
+  if (program + BytesOf("VmData:") >= bytes) return false;
   rlimit limit{};
   if (::getrlimit(RLIMIT_DATA, &limit) != 0) return false;
-  limit.rlim_cur = std::min(bytes, limit.rlim_max);
+  limit.rlim_cur = std::min(bytes - program, limit.rlim_max);
   return ::setrlimit(RLIMIT_DATA, &limit) == 0;
 }
 

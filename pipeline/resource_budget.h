@@ -43,9 +43,9 @@ void RequireRoom(const ResourceNeeds& needs, double memory_gb, const ExecutionCo
 /// Has all threads of the context started, so that none needs memory for that later.
 void WakeThreads(const ExecutionContext& context);
 
-/// From now on this process gets no more than `memory_gb` (1e9 bytes) of memory for its data,
-/// besides the stacks of its threads: what asks for more gets std::bad_alloc. False where the
-/// system does not grant such a limit.
+/// From now on this process gets no more than `memory_gb` (1e9 bytes) of memory, of which the
+/// program itself takes a part, besides the stacks of its threads: what asks for more gets
+/// std::bad_alloc. False where the system does not grant such a limit.
 bool LimitMemory(double memory_gb, int threads);
 
 }  // namespace backsight
