@@ -8,6 +8,7 @@
 #include "core/execution.h"
 #include "io/artifact_store.h"
 #include "io/survey_project.h"
+#include "pipeline/run_plan.h"
 
 namespace backsight {
 
@@ -27,8 +28,11 @@ struct ResourceNeeds {
   std::uint64_t physical_memory = 0;  ///< of this machine
 };
 
+/// `plan` says which outputs need not be written; without one these are all that lie as they were
+/// written.
 ResourceNeeds EstimateNeeds(const SurveyProject& project, const std::string& out_directory,
-                            const ArtifactStore& store);
+                            const ArtifactStore& store, const RunPlan* plan = nullptr,
+                            const ExecutionContext& context = ExecutionContext());
 
 /// The disk or the memory cannot suffice; the message has the figures.
 class NoRoom : public std::runtime_error {

@@ -23,6 +23,7 @@
 #include "pipeline/resource_budget.h"
 #include "pipeline/run_events.h"
 #include "pipeline/run_outputs.h"
+#include "pipeline/run_plan.h"
 #include "pipeline/slurm_client.h"
 #include "pipeline/slurm_executor.h"
 #include "pipeline/stop_signal.h"
@@ -129,7 +130,8 @@ int RunProject(const RunArguments& arguments, const std::stop_token& stop, RunEv
   events->Started(DescribeStart(project, options, context.threads(), out));
   const ArtifactStore store(work, [&](const std::string& what) { context.Warning(what); });
   const double memory_gb = arguments.memory_gb.value_or(project.resources.memory_gb);
-  RequireRoom(EstimateNeeds(project, out, store), memory_gb, context);
+  const RunPlan plan = MakeRunPlan(project, options, kRunSeed, out, ArtifactStore(work));
+  RequireRoom(EstimateNeeds(project, out, store, &plan, context), memory_gb, context);
   WakeThreads(context);
   if (!LimitMemory(memory_gb, context.threads())) {
     context.Warning("the system does not limit this process's memory; it takes what it needs");

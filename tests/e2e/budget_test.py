@@ -58,8 +58,11 @@ class Budget(unittest.TestCase):
         project.write_text(project.read_text().replace(".ptx", ".las"))
         run = campaign.run(project, "--quiet")
         self.assertEqual(run.returncode, 6, run.stderr)
-        self.assertRegex(run.stderr.decode(),
-                         r"small: this run writes \d\.\d MB at least, 0\.3 MB are free")
+        too_little = r"small: this run writes \d\.\d MB at least, 0\.3 MB are free"
+        self.assertRegex(run.stderr.decode(), too_little)
+        check = subprocess.run([campaign.PROGRAM, "check", project], capture_output=True, text=True)
+        self.assertEqual(check.returncode, 6, check.stderr)
+        self.assertRegex(check.stderr, too_little)
         self.assertFalse(list((self.folder / "work").rglob("station.artifact")))
 
     def test_disk_that_fills_up_costs_the_cloud_only(self):
