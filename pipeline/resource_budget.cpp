@@ -263,6 +263,13 @@ void RequireRoom(const ResourceNeeds& needs, double memory_gb, const ExecutionCo
   }
 }
 
+NoRoom MemoryUsedUp(const std::string& place, double memory_gb) {
+  return NoRoom(
+      fmt::format("{}: the budget of {:g} GB of memory is used up; raise "
+                  "resources.memory_gb (--memory-gb)",
+                  place, memory_gb));
+}
+
 void WakeThreads(const ExecutionContext& context) {
   const int threads = context.threads();
   std::atomic<int> awake = 0;

@@ -40,6 +40,9 @@ class NoRoom : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// What to say where memory runs out outside a station or a pair, at `place`.
+NoRoom MemoryUsedUp(const std::string& place, double memory_gb);
+
 /// Throws NoRoom where the least that a run takes is more than there is, of disk, of `memory_gb` or
 /// of the machine's memory; warns where what it takes probably is.
 void RequireRoom(const ResourceNeeds& needs, double memory_gb, const ExecutionContext& context);

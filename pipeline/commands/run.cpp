@@ -95,16 +95,12 @@ int ThreadsOf(const RunArguments& arguments, const SurveyProject& project) {
 }
 
 /// Where memory runs out outside a station or a pair, says when, and what to do.
-SurveyRun RunWithin(double memory_gb, const std::string& work,
+SurveyRun RunWithin(double memory_gb, const ProgressFile& progress,
                     const std::function<SurveyRun()>& run) {
   try {
     return run();
   } catch (const std::bad_alloc&) {
-    const auto progress = ReadProgress(work);
-    throw NoRoom(
-        fmt::format("{}: the budget of {:g} GB of memory is used up; raise "
-                    "resources.memory_gb (--memory-gb)",
-                    progress ? progress->stage : "start", memory_gb));
+    throw MemoryUsedUp(progress.place(), memory_gb);
   }
 }
 
@@ -119,12 +115,12 @@ int RunProject(const RunArguments& arguments, const std::stop_token& stop, RunEv
   RequireFreeNames(project, out);
   if (arguments.final_job) AwaitSubmission(work);
   const FolderLock lock(work);
+  ProgressFile progress(work);
   RequireNoJobs(work, arguments.force);
   std::optional<FolderLock> out_lock;  // another work folder may lead to the same results
   if (!fs::exists(out) || !fs::equivalent(out, work)) out_lock.emplace(out);
   RemoveTemporaries(project, out, work);
 
-  ProgressFile progress(work);
   EventFanOut sinks({events->sink(), &progress});
   const ExecutionContext context(ThreadsOf(arguments, project), kRunSeed, &sinks, stop);
   events->Started(DescribeStart(project, options, context.threads(), out));
@@ -137,7 +133,7 @@ int RunProject(const RunArguments& arguments, const std::stop_token& stop, RunEv
     context.Warning("the system does not limit this process's memory; it takes what it needs");
   }
   const SurveyRun run = RunWithin(
-      memory_gb, work, [&] { return RunSurvey(project, options, frame, out, context, store); });
+      memory_gb, progress, [&] { return RunSurvey(project, options, frame, out, context, store); });
   WriteManifest(project, options, run, start, context.threads(), out);
   return events->Finished(run.record.exit_code, run.record.verdict,
                           (fs::path(out) / "report.html").string());

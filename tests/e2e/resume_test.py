@@ -238,6 +238,9 @@ class Resume(unittest.TestCase):
 
     def test_second_run_is_refused_by_name(self):
         self.forget()
+        (self.folder / "work").mkdir()
+        (self.folder / "work" / "progress.json").write_text(
+            '{"stage": "merge", "done": 1, "total": 1}\n')  # as last night's run left it
         first = start(self.project, 1)
         try:
             lock = self.folder / "work" / "run.lock"
@@ -252,6 +255,7 @@ class Resume(unittest.TestCase):
         self.assertEqual(second.returncode, 75)
         self.assertIn(f"{os.uname().nodename}, process {first.pid}", second.stderr.decode())
         self.assertIn(f"process {first.pid}", status.stdout)
+        self.assertNotIn("merge 1 of 1", status.stdout)
         status = subprocess.run([campaign.PROGRAM, "status", self.project], capture_output=True,
                                 text=True, check=True)
         self.assertIn("no run is going", status.stdout)
