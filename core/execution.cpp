@@ -60,6 +60,7 @@ void ExecutionContext::ParallelFor(std::size_t n, const std::function<void(std::
     tbb::parallel_for(
         tbb::blocked_range<std::size_t>(0, n, grain),
         [&](const tbb::blocked_range<std::size_t>& range) {
+          CheckStop();
           for (std::size_t i = range.begin(); i != range.end(); ++i) body(i);
         },
         tbb::simple_partitioner());

@@ -45,9 +45,9 @@ class ExecutionContext {
   /// The same context for one unit of work that may take `seconds` from now on; 0: any time.
   ExecutionContext WithTimeLimit(double seconds) const;
 
-  /// Runs body(i) for every i in [0, n), on all threads of this context; nesting is allowed. The
-  /// first exception is rethrown. Results must go to place i, so that they do not depend on
-  /// scheduling; `grain` indices at a time go to one thread.
+  /// Runs body(i) for every i in [0, n), on all threads of this context; nesting is allowed. Calls
+  /// CheckStop as it goes. The first exception is rethrown. Results must go to place i, lest they
+  /// depend on scheduling; `grain` indices at a time go to one thread.
   void ParallelFor(std::size_t n, const std::function<void(std::size_t)>& body,
                    std::size_t grain = 1) const;
 

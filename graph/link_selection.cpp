@@ -117,6 +117,7 @@ class Selector {
   }
 
   void Adjust() {
+    if (options_.between) options_.between();
     std::vector<double> weights(used_.begin(), used_.end());
     const std::vector<int> component = FindComponents(stations_, links_, used_);
     ResetDatum(component, &poses_);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -36,8 +37,9 @@ struct SelectionOptions {
   /// The same for a link on cycles none of which closes: chi^2, 6 degrees of freedom, 99 %. Long
   /// tails are granted to those only that something supports.
   double unsupported_limit = 16.81;
-  double score_noise = 0.02;  ///< standard deviation of a link's score
-  int max_iterations = 100;   ///< of one adjustment
+  double score_noise = 0.02;           ///< standard deviation of a link's score
+  int max_iterations = 100;            ///< of one adjustment
+  std::function<void()> between = {};  ///< called between adjustments; may throw to give up
 };
 
 struct LinkSelection {

@@ -125,17 +125,19 @@ bool ArtifactStore::Load(const std::string& name, const ArtifactKey& key,
   if (!keeps() || !fs::exists(PathOf(name), error)) return false;
   Opened opened = Open(PathOf(name));
   if (opened.fault.empty()) {
-    if (opened.key != key.text()) return false;
     bytes->resize(opened.header.payload_bytes);
     opened.file.read(bytes->data(), static_cast<std::streamsize>(bytes->size()));
     const bool whole = opened.file && DigestOf(opened.key, *bytes) == opened.header.digest;
-    if (whole) return true;
+    if (whole) return opened.key == key.text();
     opened.fault = "its checksum does not fit its content";
   }
-  if (report_) {
-    report_(fmt::format("{} is damaged: {}; it is made anew", PathOf(name), opened.fault));
-  }
+  ReportDamaged(name, opened.fault);
   return false;
+}
+
+void ArtifactStore::ReportDamaged(const std::string& name, const std::string& fault) const {
+  if (!report_) return;
+  report_(fmt::format("{} is damaged: {}; it is made anew", PathOf(name), fault));
 }
 
 void ArtifactStore::Store(const std::string& name, const ArtifactKey& key,

@@ -53,12 +53,15 @@ class ArtifactStore {
   const std::string& folder() const { return folder_; }
 
   /// The bytes stored under `name`, if they belong to `key` and are whole. False otherwise; what is
-  /// damaged is reported.
+  /// damaged is reported, whatever key it seems to have.
   bool Load(const std::string& name, const ArtifactKey& key, std::string* bytes) const;
   /// Throws StorageFailure where the disk does not take it.
   void Store(const std::string& name, const ArtifactKey& key, std::string_view bytes) const;
   /// Reads the key only: damage within the bytes is not found.
   ArtifactState Look(const std::string& name, const ArtifactKey& key) const;
+
+  /// Reports that what is stored under `name` cannot be used.
+  void ReportDamaged(const std::string& name, const std::string& fault) const;
 
   void Remove(const std::string& name) const;
   /// The artifact's file.

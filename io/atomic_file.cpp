@@ -13,6 +13,7 @@ namespace backsight {
 namespace {
 
 constexpr std::size_t kBufferBytes = std::size_t{1} << 20U;
+constexpr std::uint64_t kMostUnsyncedBytes = std::uint64_t{128} << 20U;  // slow disks: 2 seconds
 
 std::string DirectoryOf(const std::string& path) {
   const std::size_t slash = path.find_last_of('/');
@@ -49,6 +50,7 @@ void AtomicFile::Write(std::string_view bytes) {
   if (bytes.size() > kBufferBytes) {
     WriteAt(flushed_, bytes);
     flushed_ += bytes.size();
+    BringToDisk();
   } else {
     buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
   }
@@ -64,6 +66,13 @@ void AtomicFile::Flush() {
   WriteAt(flushed_, {buffer_.data(), buffer_.size()});
   flushed_ += buffer_.size();
   buffer_.clear();
+  BringToDisk();
+}
+
+void AtomicFile::BringToDisk() {
+  if (flushed_ - synced_ < kMostUnsyncedBytes) return;
+  if (::fdatasync(file_) != 0) Fail("writing failed");
+  synced_ = flushed_;
 }
 
 void AtomicFile::WriteAt(std::uint64_t offset, std::string_view bytes) {

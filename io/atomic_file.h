@@ -20,6 +20,7 @@ class AtomicFile {
   AtomicFile(const AtomicFile&) = delete;
   AtomicFile& operator=(const AtomicFile&) = delete;
 
+  /// Brings to the disk what has been written ever so often, lest Sync() take long.
   void Write(std::string_view bytes);
   /// Replaces bytes that were written before, e.g. a count in a header.
   void Overwrite(std::uint64_t offset, std::string_view bytes);
@@ -38,6 +39,7 @@ class AtomicFile {
 
  private:
   void Flush();
+  void BringToDisk();
   void WriteAt(std::uint64_t offset, std::string_view bytes);
   void Discard() noexcept;
   [[noreturn]] void Fail(std::string_view action) const;
@@ -48,6 +50,7 @@ class AtomicFile {
   bool pending_ = false;  // the temporary file exists
   std::vector<char> buffer_;
   std::uint64_t flushed_ = 0;  // bytes of the file that have left the buffer
+  std::uint64_t synced_ = 0;   // of these, what has been brought to the disk
 };
 
 /// Writes `text` as the whole file `path`, through AtomicFile.

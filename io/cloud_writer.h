@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -23,6 +24,8 @@ struct CloudWriterSpec {
   std::string wkt;          ///< LAS: reference system as OGC WKT, at most 65534 bytes; empty: none
   /// LAS: a cloud of more points goes into numbered files, see WrittenFiles; 0: never.
   std::uint64_t max_points_per_file = 0;
+  /// Called now and then while Finish reads a file again; may throw to give up.
+  std::function<void()> between = {};
 };
 
 struct WrittenFile {

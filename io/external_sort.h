@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -124,13 +125,13 @@ class ExternalSorter {
     buffer_.push_back(record);
   }
 
-  /// Ends the input.
-  void Finish() {
+  /// Ends the input. `between`, called while much is merged, may throw to give up.
+  void Finish(const std::function<void()>& between = {}) {
     SortBuffer();
     if (runs_.empty()) return;
     Spill();
     std::vector<Record>().swap(buffer_);
-    while (runs_.size() > most_runs_) MergeOnce();
+    while (runs_.size() > most_runs_) MergeOnce(between);
     merger_ = std::make_unique<Merger>(*file_, runs_, block_records_);
   }
 
@@ -174,7 +175,7 @@ class ExternalSorter {
   }
 
   /// Makes one run out of every `most_runs_`.
-  void MergeOnce() {
+  void MergeOnce(const std::function<void()>& between) {
     auto merged = std::make_unique<ScratchFile>(path_);
     std::vector<SortedRun> merged_runs;
     for (std::size_t first = 0; first < runs_.size(); first += most_runs_) {
@@ -187,6 +188,7 @@ class ExternalSorter {
         block.push_back(record);
         ++merged_runs.back().records;
         if (block.size() < block_records_) continue;
+        if (between) between();
         AppendTo(merged.get(), block);
         block.clear();
       }

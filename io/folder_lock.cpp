@@ -10,6 +10,7 @@
 #include <cstring>
 #include <filesystem>
 #include <sstream>
+#include <utility>
 
 #include "core/error.h"
 #include "io/temporary_file.h"
@@ -81,9 +82,12 @@ void FolderLock::Lock(const std::string& path) {
         "or give another --work and --out",
         fs::path(path).parent_path().string(), holder.host, holder.process, holder.since_utc));
   }
-  throw InputError({path, fmt::format("cannot be locked: {}", std::strerror(errno)),
-                    "a file system that knows locks",
-                    "put the work folder elsewhere (--work), or mount it with locking"});
+  const int error = errno;
+  InputError::Details details{path, fmt::format("cannot be locked: {}", std::strerror(error)),
+                              "a file system that knows locks",
+                              "put the work folder elsewhere (--work), or mount it with locking"};
+  if (error == ENOLCK) throw TemporaryFailure(std::move(details), false);  // its server may be down
+  throw InputError(std::move(details));
 }
 
 FolderLock::~FolderLock() { ::close(file_); }  // which frees the lock

@@ -25,8 +25,8 @@ class FolderInUse : public std::runtime_error {
 class FolderLock {
  public:
   /// Makes the folder where it is missing. Throws FolderInUse where another process holds the
-  /// lock, StorageFailure where the folder cannot be written, and InputError where its file system
-  /// knows no locks.
+  /// lock, StorageFailure where the folder cannot be written, InputError where its file system
+  /// knows no locks, and TemporaryFailure where that may be over soon.
   explicit FolderLock(const std::string& folder);
   ~FolderLock();
   FolderLock(const FolderLock&) = delete;

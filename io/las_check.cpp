@@ -20,12 +20,14 @@ struct StepBounds {
   std::array<std::int32_t, 3> high{};
 };
 
-StepBounds ReadPoints(ByteSource& source, const LasHeader& header) {
+StepBounds ReadPoints(ByteSource& source, const LasHeader& header,
+                      const std::function<void()>& between) {
   StepBounds bounds;
   bounds.low.fill(std::numeric_limits<std::int32_t>::max());
   bounds.high.fill(std::numeric_limits<std::int32_t>::min());
   source.Seek(header.point_offset);
   for (std::uint64_t i = 0; i < header.points; ++i) {
+    if (between && i % 65536 == 0) between();
     const std::string_view bytes = source.Peek(header.point_bytes);
     if (bytes.size() < header.point_bytes) {
       throw source.Truncated(source.position(), "points", header.points, i);
@@ -63,7 +65,7 @@ void CheckCounts(ByteSource& source, const LasHeader& header) {
 
 }  // namespace
 
-LasHeader VerifyLas(const std::string& path) {
+LasHeader VerifyLas(const std::string& path, const std::function<void()>& between) {
   ByteSource source(path);
   std::vector<std::string> notes;
   const LasHeader header = ReadLasHeader(source, notes);
@@ -78,7 +80,7 @@ LasHeader VerifyLas(const std::string& path) {
                        kRemedy);
   }
   CheckCounts(source, header);
-  const StepBounds bounds = ReadPoints(source, header);
+  const StepBounds bounds = ReadPoints(source, header, between);
   for (int axis = 0; axis < 3 && header.points > 0; ++axis) {
     const double min = header.Metres(axis, bounds.low[static_cast<std::size_t>(axis)]);
     const double max = header.Metres(axis, bounds.high[static_cast<std::size_t>(axis)]);

@@ -98,7 +98,7 @@ class LasFile {
 
   /// Writes the counts and bounds that came about, those of the rounded coordinates as a reader
   /// computes them, and compares what the disk then holds.
-  void Close(bool has_gps_time) {
+  void Close(bool has_gps_time, const std::function<void()>& between) {
     if (has_gps_time) header_.global_encoding |= LasEncoding::kAdjustedTime;
     for (int axis = 0; axis < 3 && header_.points > 0; ++axis) {
       header_.min[axis] = header_.Metres(axis, low_[static_cast<std::size_t>(axis)]);
@@ -107,7 +107,7 @@ class LasFile {
     const auto bytes = EncodeLasHeader(header_);
     file_.Overwrite(0, {bytes.data(), bytes.size()});
     file_.Seal();
-    Compare(VerifyLas(file_.temporary_path()));
+    Compare(VerifyLas(file_.temporary_path(), between));
   }
 
   void Commit(const std::string& path) {
@@ -165,7 +165,7 @@ class LasWriter : public CloudWriter {
   }
 
   std::uint64_t Finish() override {
-    files_.back()->Close(has_gps_time_);
+    files_.back()->Close(has_gps_time_, spec_.between);
     std::uint64_t points = 0;
     for (const auto& file : files_) points += file->points();
     const std::vector<WrittenFile> names = WrittenFiles(spec_, points);
@@ -205,7 +205,7 @@ class LasWriter : public CloudWriter {
 
   LasFile& FileWithRoom() {
     if (spec_.max_points_per_file > 0 && files_.back()->points() == spec_.max_points_per_file) {
-      files_.back()->Close(has_gps_time_);
+      files_.back()->Close(has_gps_time_, spec_.between);
       files_.push_back(std::make_unique<LasFile>(spec_.path, plan_));
     }
     return *files_.back();

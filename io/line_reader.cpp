@@ -44,10 +44,11 @@ std::string_view LineReader::Require(std::string_view expected) {
   return line;
 }
 
-std::uint64_t LineReader::Skip(std::uint64_t n) {
+std::uint64_t LineReader::Skip(std::uint64_t n, const std::function<void()>& between) {
   std::uint64_t skipped = 0;
   bool open_line = false;
   while (skipped < n) {
+    if (between) between();
     const std::string_view ahead = source_.Peek(1);
     if (ahead.empty()) {
       if (open_line) ++skipped;

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <string_view>
 
@@ -25,8 +26,9 @@ class LineReader {
   bool Next(std::string_view& line);
   /// Like Next, but the end of the file is an InputError that names what was `expected`.
   std::string_view Require(std::string_view expected);
-  /// Steps over up to `n` lines of any length; returns how many there were.
-  std::uint64_t Skip(std::uint64_t n);
+  /// Steps over up to `n` lines of any length; returns how many there were. `between`, called for
+  /// every buffer of text, may throw to give up.
+  std::uint64_t Skip(std::uint64_t n, const std::function<void()>& between = {});
   /// Goes on at byte `position`, where line `line_number` + 1 begins.
   void Restart(std::uint64_t position, std::uint64_t line_number);
 

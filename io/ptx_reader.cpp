@@ -102,11 +102,12 @@ std::optional<RigidTransform> PoseOf(const Eigen::Matrix4d& matrix) {
 
 class PtxReader : public ScanReader {
  public:
-  PtxReader(const std::string& path, int scan_index) : source_(path), lines_(source_) {
+  PtxReader(const std::string& path, int scan_index, const std::function<void()>& between)
+      : source_(path), lines_(source_) {
     info_.path = path;
     info_.format = "PTX";
     info_.scan_index = scan_index;
-    FindScans(scan_index);
+    FindScans(scan_index, between);
     FillInfo();
     lines_.Restart(place_.offset, place_.lines_before);
     ReadFirstRecord();
@@ -133,7 +134,7 @@ class PtxReader : public ScanReader {
  private:
   /// Steps through the file from header to header. Damage behind the wanted scan is only noted:
   /// it must not cost the scans before it.
-  void FindScans(int wanted) {
+  void FindScans(int wanted, const std::function<void()>& between) {
     bool found = false;
     info_.scan_count = 0;
     try {
@@ -142,7 +143,7 @@ class PtxReader : public ScanReader {
         place.header = ReadHeader(lines_, *first);
         place.offset = source_.position();
         place.lines_before = lines_.line_number();
-        SkipRecords(place);
+        SkipRecords(place, between);
         if (info_.scan_count++ != wanted) continue;
         place_ = place;
         found = true;
@@ -161,9 +162,9 @@ class PtxReader : public ScanReader {
                       "correct scan_index"});
   }
 
-  void SkipRecords(const ScanPlace& place) {
+  void SkipRecords(const ScanPlace& place, const std::function<void()>& between) {
     const std::uint64_t cells = place.header.Cells();
-    const std::uint64_t skipped = lines_.Skip(cells);
+    const std::uint64_t skipped = lines_.Skip(cells, between);
     if (skipped == cells) return;
     throw lines_.Error(
         fmt::format("the file ends after {} records", skipped),
@@ -227,8 +228,9 @@ class PtxReader : public ScanReader {
 
 }  // namespace
 
-std::unique_ptr<ScanReader> OpenPtx(const std::string& path, int scan_index) {
-  return std::make_unique<PtxReader>(path, scan_index);
+std::unique_ptr<ScanReader> OpenPtx(const std::string& path, int scan_index,
+                                    const std::function<void()>& between) {
+  return std::make_unique<PtxReader>(path, scan_index, between);
 }
 
 }  // namespace backsight

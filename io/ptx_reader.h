@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -11,7 +12,8 @@ namespace backsight {
 /// axes, 4x4 matrix) and one line "x y z intensity [r g b]" per grid cell, in the scanner's own
 /// frame. The matrix becomes info().world_from_scan and is not applied; cells (0, 0, 0) count as
 /// no_return. Opening steps once through the whole file, because only that tells how many scans it
-/// holds. Memory: constant.
-std::unique_ptr<ScanReader> OpenPtx(const std::string& path, int scan_index);
+/// holds; `between`, called as it goes, may throw to give up. Memory: constant.
+std::unique_ptr<ScanReader> OpenPtx(const std::string& path, int scan_index,
+                                    const std::function<void()>& between = {});
 
 }  // namespace backsight

@@ -165,14 +165,15 @@ std::unique_ptr<ScanReader> OpenSingle(const std::string& path, Format format, i
 bool TakesColumns(const std::string& path) { return TakesColumns(FindFormat(path)); }
 
 std::unique_ptr<ScanReader> OpenScan(const std::string& path, int scan_index,
-                                     const TextColumns& columns) {
+                                     const TextColumns& columns,
+                                     const std::function<void()>& between) {
   const Format format = FindFormat(path);
   if (!columns.empty() && !TakesColumns(format)) {
     throw InputError({path, "columns are given, but this format says itself what it holds",
                       "columns only for text scans (XYZ, PTS)", "leave columns out"});
   }
   if (format == Format::kE57) return OpenE57(path, scan_index);
-  if (format == Format::kPtx) return OpenPtx(path, scan_index);
+  if (format == Format::kPtx) return OpenPtx(path, scan_index, between);
   if (format == Format::kPts) return OpenPts(path, scan_index, columns);
   return OpenSingle(path, format, scan_index, columns);
 }

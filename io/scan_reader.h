@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -62,9 +63,10 @@ class ScanReader {
 /// Opens scan `scan_index` of the file; the format is known by the file's content first, its
 /// extension second. Throws InputError for a missing, empty or unknown file (LAZ, COPC: named
 /// as such, with what to convert them with), and for `columns` that are given though TakesColumns
-/// is false.
+/// is false. `between`, called now and then where opening takes long (PTX), may throw to give up.
 std::unique_ptr<ScanReader> OpenScan(const std::string& path, int scan_index = 0,
-                                     const TextColumns& columns = {});
+                                     const TextColumns& columns = {},
+                                     const std::function<void()>& between = {});
 
 /// True for text (XYZ, PTS), whose columns have no meaning of their own. Throws as OpenScan.
 bool TakesColumns(const std::string& path);

@@ -7,8 +7,7 @@
 #include <atomic>
 #include <cerrno>
 #include <cstring>
-
-#include "core/error.h"
+#include <utility>
 
 namespace backsight {
 namespace {
@@ -24,6 +23,10 @@ bool IsNumber(std::string_view text) {
   return !text.empty() && text.find_first_not_of("0123456789") == std::string_view::npos;
 }
 
+bool IsTemporary(int error) {
+  return error == EIO || error == ESTALE || error == ETIMEDOUT || error == ENOLCK;
+}
+
 std::string_view RemedyFor(int error) {
   switch (error) {
     case ENOSPC:
@@ -37,6 +40,11 @@ std::string_view RemedyFor(int error) {
     case EPERM:
     case EROFS:
       return "choose a place you may write to";
+    case EIO:
+    case ESTALE:
+    case ETIMEDOUT:
+    case ENOLCK:
+      return "check the disk or the network drive, and try again";
     default:
       return "check the output path and the disk";
   }
@@ -79,9 +87,10 @@ void WriteAt(int descriptor, std::uint64_t offset, std::string_view bytes,
 void ThrowFileError(const std::string& path, std::string_view action) {
   const int error = errno;
   const bool full = error == ENOSPC || error == EDQUOT;
-  throw StorageFailure({path, fmt::format("{}: {}", action, std::strerror(error)), "",
-                        std::string(RemedyFor(error))},
-                       full);
+  InputError::Details details{path, fmt::format("{}: {}", action, std::strerror(error)), "",
+                              std::string(RemedyFor(error))};
+  if (IsTemporary(error)) throw TemporaryFailure(std::move(details), full);
+  throw StorageFailure(std::move(details), full);
 }
 
 }  // namespace backsight

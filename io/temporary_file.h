@@ -4,6 +4,8 @@
 #include <string>
 #include <string_view>
 
+#include "core/error.h"
+
 namespace backsight {
 
 /// A file that did not exist before, open for reading and writing. Whoever asked for it closes and
@@ -26,7 +28,14 @@ std::string TargetOfTemporary(std::string_view file_name);
 /// disk.
 void WriteAt(int descriptor, std::uint64_t offset, std::string_view bytes, const std::string& path);
 
-/// Throws StorageFailure of `path`: what failed, the system's reason (errno) and a remedy.
+/// A failure that may be over when the same is tried again: the disk, its server or the way there.
+class TemporaryFailure : public StorageFailure {
+ public:
+  using StorageFailure::StorageFailure;
+};
+
+/// Throws StorageFailure of `path`, TemporaryFailure where it is one: what failed, the system's
+/// reason (errno) and a remedy.
 [[noreturn]] void ThrowFileError(const std::string& path, std::string_view action);
 
 }  // namespace backsight

@@ -31,8 +31,10 @@ bool IsPlaced(const OutputSource& source, std::size_t s) {
 }
 
 /// The stations in the frame of the control where there is one, otherwise in the survey frame.
+/// `context` must outlive them.
 std::vector<MergeStation> MergeStationsOf(const std::vector<int>& stations,
-                                          const OutputSource& source) {
+                                          const OutputSource& source,
+                                          const ExecutionContext& context) {
   std::vector<MergeStation> members;
   for (const int index : stations) {
     const auto s = static_cast<std::size_t>(index);
@@ -49,9 +51,15 @@ std::vector<MergeStation> MergeStationsOf(const std::vector<int>& stations,
     member.max_range_m = source.ingest.max_range_m;
     member.has_intensity = station.info.has_intensity;
     member.has_rgb = station.info.has_rgb;
-    member.open = [spec = station.spec] {
-      return OpenScan(spec.scan, spec.scan_index, spec.columns);
+    member.open = [spec = station.spec, &context] {
+      return OpenScan(spec.scan, spec.scan_index, spec.columns,
+                      [&context] { context.CheckStop(); });
     };
+    if (!station.scan.stamp.empty()) {
+      member.require_unchanged = [path = station.spec.scan, scan = station.scan, &context] {
+        RequireUnchanged(path, scan, context);
+      };
+    }
     member.cos_incidence =
         [incidence = SurfaceIncidence(station.surface())](const Eigen::Vector3d& point) mutable {
           return incidence.CosAt(point);
@@ -111,6 +119,7 @@ std::vector<WrittenFile> WriteFlat(const CloudOutput& output, const std::string&
     member.has_rgb = spec.has_rgb;
   }
   spec.max_points_per_file = static_cast<std::uint64_t>(output.max_points);
+  spec.between = [&context] { context.CheckStop(); };
   const auto writer = CreateWriter(output.format, spec);
   MergeClouds(members, merge, *writer, context);
   return WrittenFiles(spec, writer->Finish());
@@ -123,7 +132,7 @@ std::vector<WrittenFile> WriteE57(const CloudOutput& output, const std::vector<i
   merge.in_station_frames = true;
   const std::map<int, E57ScanSpec> scans = E57ScansOf(stations, source, output);
   const auto writer = CreateE57CloudWriter(E57FileOf(output, scans, frame), scans);
-  MergeClouds(MergeStationsOf(stations, source), merge, *writer, context);
+  MergeClouds(MergeStationsOf(stations, source, context), merge, *writer, context);
   return {{output.path, writer->Finish()}};
 }
 
@@ -152,8 +161,8 @@ OutputFiles WriteCloud(const CloudOutput& output, const std::vector<int>& statio
       output.format == CloudFormat::kE57
           ? WriteE57(output, stations, source, in_crs ? ground.frame.get() : nullptr, merge,
                      context)
-          : WriteFlat(output, in_crs ? ground.frame->wkt() : "", MergeStationsOf(stations, source),
-                      merge, context);
+          : WriteFlat(output, in_crs ? ground.frame->wkt() : "",
+                      MergeStationsOf(stations, source, context), merge, context);
   for (const WrittenFile& file : files) {
     written.files.push_back({file.path, std::string(NameOf(output.format)), file.points});
     if (file.points == 0) {

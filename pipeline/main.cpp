@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "io/nearest_name.h"
+#include "pipeline/artifacts/program_digest.h"
 #include "pipeline/commands/commands.h"
 #include "pipeline/run_events.h"
 #include "pipeline/survey_pipeline.h"
@@ -195,6 +196,7 @@ void RequireKnownCommand(const CLI::App& app, const std::string& word) {
 }
 
 int Main(int argc, char** argv) {
+  ProgramDigest();  // of the libraries the program starts with
   CLI::App app("Backsight: terrestrial laser scans to one registered point cloud");
   app.set_version_flag("--version", std::string("backsight ") + kVersion);
   app.require_subcommand(1);

@@ -48,7 +48,7 @@ std::vector<NetworkLink> MakeLinks(const std::vector<Pair>& pairs,
 
 /// Solves with all links but the refuted ones, and tells every candidate its fate.
 void Solve(int stations, const std::vector<NetworkLink>& links, const NetworkOptions& options,
-           Network* network) {
+           const ExecutionContext& context, Network* network) {
   std::vector<NetworkLink> given;
   std::vector<std::size_t> candidate_of;
   for (std::size_t l = 0; l < links.size(); ++l) {
@@ -56,7 +56,7 @@ void Solve(int stations, const std::vector<NetworkLink>& links, const NetworkOpt
     given.push_back(links[l]);
     candidate_of.push_back(l);
   }
-  network->solution = SolveNetwork(stations, given, options);
+  network->solution = SolveNetwork(stations, given, options, [&] { context.CheckStop(); });
   for (std::size_t g = 0; g < given.size(); ++g) {
     NetworkCandidate& candidate = network->candidates[candidate_of[g]];
     candidate.fate = network->solution.fate[g];
@@ -218,7 +218,7 @@ Network BuildNetwork(const std::vector<Station>& stations, const std::vector<Pai
   }
   do {
     context.CheckStop();
-    Solve(static_cast<int>(stations.size()), links, options.network, &network);
+    Solve(static_cast<int>(stations.size()), links, options.network, context, &network);
   } while (RefuteBridges(surfaces, stations, links, options.placement_check, context, &network));
 
   network.component = RankComponents(network.solution.poses.component);

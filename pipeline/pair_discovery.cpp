@@ -154,7 +154,8 @@ class Discovery {
     for (const CandidateLink& made : MakeCandidateLinks(pairs_, options_.verification)) {
       links.push_back(made.link);
     }
-    network_ = ChooseLinks(static_cast<int>(stations_.size()), links, options_.network);
+    network_ = ChooseLinks(static_cast<int>(stations_.size()), links, options_.network,
+                           [&] { context_.CheckStop(); });
     for (PairProspect& candidate : candidates_) candidate.accepted = false;
     for (std::size_t l = 0; l < links.size(); ++l) {
       if (network_.fate[l] == LinkFate::kUsed) candidates_[At(links[l].pair)].accepted = true;

@@ -13,14 +13,27 @@ std::string PathOf(const std::string& folder) {
 
 }  // namespace
 
-ProgressFile::ProgressFile(const std::string& folder) : path_(PathOf(folder)) {}
+ProgressFile::ProgressFile(const std::string& folder) : path_(PathOf(folder)) {
+  std::error_code error;
+  std::filesystem::remove(path_, error);
+}
 
 void ProgressFile::Message(Level, std::string_view) {}
 
-void ProgressFile::StageFinished(std::string_view, double) {}
+void ProgressFile::StageFinished(std::string_view stage, double) {
+  const std::scoped_lock lock(mutex_);
+  place_ = "after ";
+  place_ += stage;
+}
+
+std::string ProgressFile::place() const {
+  const std::scoped_lock lock(mutex_);
+  return place_;
+}
 
 void ProgressFile::Progress(std::string_view stage, std::size_t done, std::size_t total) {
   const std::scoped_lock lock(mutex_);
+  place_ = stage;
   const auto now = std::chrono::steady_clock::now();
   const bool recent = written_ && now - *written_ < std::chrono::seconds(1);
   if (recent && stage == stage_ && done < total) return;

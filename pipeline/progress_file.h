@@ -21,16 +21,21 @@ struct RunProgress {
 /// Where it cannot be written, nothing happens: the run is worth more.
 class ProgressFile : public EventSink {
  public:
+  /// Removes what an earlier run has left.
   explicit ProgressFile(const std::string& folder);
 
   void Message(Level level, std::string_view text) override;
   void Progress(std::string_view stage, std::size_t done, std::size_t total) override;
   void StageFinished(std::string_view stage, double seconds) override;
 
+  /// Where the run is: "pairs", "after pairs", or "start".
+  std::string place() const;
+
  private:
   std::string path_;
-  std::mutex mutex_;
-  std::string stage_;
+  mutable std::mutex mutex_;
+  std::string stage_;  // the last that counted units
+  std::string place_ = "start";
   std::optional<std::chrono::steady_clock::time_point> written_;
 };
 

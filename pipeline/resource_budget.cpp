@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <set>
 #include <thread>
 
 #include "core/error.h"
@@ -25,7 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kGigabyte = 1e9;
-constexpr std::uint64_t kProgramBytes = 60'000'000;
+constexpr std::uint64_t kProgramBytes = 60'000'000;  // code and libraries
 // A stored station takes this much more in memory: index, range image, search tree (measured on
 // ETH Facade and on simulated streets: 2.2 to 2.7).
 constexpr double kMemoryPerStored = 2.6;
@@ -36,6 +37,9 @@ constexpr std::uint64_t kFewVoxels = 30'000;
 constexpr std::uint64_t kUsualVoxels = 200'000;
 constexpr std::uint64_t kRecordBytes = 26;    // of the flat formats, without intensity and colour
 constexpr std::uint64_t kE57RecordBytes = 8;  // of three scaled integers
+constexpr std::uint64_t kScratchBytes = 32;   // of stages/cloud_thinning, per point
+// Records of E57 and PTS may be without a return; of a scan that sees much sky, three in four are.
+constexpr std::uint64_t kRecordsPerSurePoint = 4;
 constexpr std::uint64_t kThinningBytes = 96'000'000;  // stages/cloud_thinning
 constexpr rlim_t kStackBytes = 8 * 1024 * 1024;
 
@@ -51,40 +55,65 @@ fs::path ExistingFolder(fs::path path) {
 class DiskNeeds {
  public:
   void Add(const std::string& folder, std::uint64_t least, std::uint64_t likely) {
-    const fs::path there = ExistingFolder(folder);
-    struct stat status {};
-    if (::stat(there.c_str(), &status) != 0) return;
-    std::error_code error;
-    const fs::space_info space = fs::space(there, error);
-    if (error) return;
-    DiskNeed& need = by_device_[status.st_dev];
-    if (need.path.empty()) need.path = there.string();
-    need.least += least;
-    need.likely += likely;
-    need.available = space.available;
+    Disk* const disk = Of(folder);
+    if (disk == nullptr) return;
+    disk->need.least += least;
+    disk->need.likely += likely;
+  }
+  /// What one step probably takes, and gives back before another asks.
+  void AddScratch(const std::string& folder, std::uint64_t likely) {
+    Disk* const disk = Of(folder);
+    if (disk != nullptr) disk->scratch = std::max(disk->scratch, likely);
   }
   std::vector<DiskNeed> Finish() const {
     std::vector<DiskNeed> needs;
-    for (const auto& [device, need] : by_device_) needs.push_back(need);
+    for (const auto& [device, disk] : by_device_) {
+      needs.push_back(disk.need);
+      needs.back().likely += disk.scratch;
+    }
     return needs;
   }
 
  private:
-  std::map<dev_t, DiskNeed> by_device_;
+  struct Disk {
+    DiskNeed need;
+    std::uint64_t scratch = 0;
+  };
+
+  /// Null where nothing can be said.
+  Disk* Of(const std::string& folder) {
+    const fs::path there = ExistingFolder(folder);
+    struct stat status {};
+    if (::stat(there.c_str(), &status) != 0) return nullptr;
+    std::error_code error;
+    const fs::space_info space = fs::space(there, error);
+    if (error) return nullptr;
+    Disk& disk = by_device_[status.st_dev];
+    if (disk.need.path.empty()) disk.need.path = there.string();
+    disk.need.available = space.available;
+    return &disk;
+  }
+
+  std::map<dev_t, Disk> by_device_;
 };
 
-/// Points of a scan as its header has them; `sure` where empty cells of a grid are not among them.
+/// Points of a scan as its header has them, and how many of them must be: grids have empty cells.
 struct PointCount {
   std::uint64_t points = 0;
-  bool sure = false;
+  std::uint64_t sure = 0;
 };
 
-PointCount PointsOf(const StationSpec& spec) {
+std::uint64_t SurePoints(const std::string& format, std::uint64_t records) {
+  if (format.starts_with("LAS") || format == "PLY" || format == "PCD") return records;
+  return format == "E57" || format == "PTS" ? records / kRecordsPerSurePoint : 0;
+}
+
+PointCount PointsOf(const StationSpec& spec, const ExecutionContext& context) {
   try {
-    const ScanInfo info = OpenScan(spec.scan, spec.scan_index, spec.columns)->info();
-    const bool flat =
-        info.format.starts_with("LAS") || info.format == "PLY" || info.format == "PCD";
-    return {info.point_count.value_or(0), flat};
+    const ScanInfo info =
+        OpenScan(spec.scan, spec.scan_index, spec.columns, [&] { context.CheckStop(); })->info();
+    const std::uint64_t records = info.point_count.value_or(0);
+    return {records, SurePoints(info.format, records)};
   } catch (const InputError&) {
     return {};  // the run will say what is wrong with it
   }
@@ -100,34 +129,47 @@ std::uint64_t CloudBytes(const CloudOutput& cloud, std::uint64_t points) {
   return points * (cloud.format == CloudFormat::kE57 ? kE57RecordBytes : kRecordBytes);
 }
 
-/// Whether a run has written the cloud once; what it takes is on the disk then.
-bool IsKnown(const CloudOutput& cloud, const ArtifactStore& store) {
-  return store.Look(OutputArtifactName(cloud.path), {}).kind != ArtifactState::Kind::kMissing;
+/// Paths of clouds that are on the disk and may stay there.
+std::set<std::string> WrittenClouds(const std::vector<CloudOutput>& clouds,
+                                    const ArtifactStore& store, const RunPlan* plan) {
+  std::set<std::string> written;
+  if (plan == nullptr) {
+    for (const CloudOutput& cloud : clouds) {
+      if (LiesAsWritten(store, cloud.path)) written.insert(cloud.path);
+    }
+    return written;
+  }
+  for (const PlanItem& output : plan->outputs) {
+    if (output.done() || output.unsure) written.insert(output.unit);
+  }
+  return written;
 }
 
-/// Of clouds that are new and neither thinned nor cropped something is known.
-void AddCloud(const CloudOutput& cloud, const ArtifactStore& store, std::uint64_t sure,
+/// Of clouds that are neither thinned nor cropped something is known.
+void AddCloud(const CloudOutput& cloud, const std::set<std::string>& written, std::uint64_t sure,
               std::uint64_t likely, DiskNeeds* disks) {
-  if (IsKnown(cloud, store) || cloud.thin_m > 0.0 || cloud.crop || cloud.without_moving) return;
+  if (written.contains(cloud.path)) return;
+  const std::string folder = fs::path(cloud.path).parent_path().string();
+  if (cloud.thin_m > 0.0) disks->AddScratch(folder, kScratchBytes * likely);
+  if (cloud.thin_m > 0.0 || cloud.crop || cloud.without_moving) return;
   // Some stations may find no place, some points lie out of range: half of the sure ones, at least.
-  disks->Add(fs::path(cloud.path).parent_path().string(), CloudBytes(cloud, sure) / 2,
-             CloudBytes(cloud, likely));
+  disks->Add(folder, CloudBytes(cloud, sure) / 2, CloudBytes(cloud, likely));
 }
 
 void AddClouds(const SurveyProject& project, const std::string& out_directory,
-               const std::vector<PointCount>& counts, const ArtifactStore& store,
+               const std::vector<PointCount>& counts, const std::set<std::string>& written,
                DiskNeeds* disks) {
   std::uint64_t all = 0, sure = 0;
   for (const PointCount& count : counts) {
     all += count.points;
-    sure += count.sure ? count.points : 0;
+    sure += count.sure;
   }
   for (const CloudOutput& cloud : MergedOutputs(project, out_directory)) {
-    AddCloud(cloud, store, sure, all, disks);
+    AddCloud(cloud, written, sure, all, disks);
   }
   const std::vector<CloudOutput> stations = StationOutputs(project);
   for (std::size_t s = 0; s < stations.size(); ++s) {
-    AddCloud(stations[s], store, counts[s].sure ? counts[s].points : 0, counts[s].points, disks);
+    AddCloud(stations[s], written, counts[s].sure, counts[s].points, disks);
   }
 }
 
@@ -137,13 +179,13 @@ std::string SizeText(std::uint64_t bytes) {
                           : fmt::format("{:.1f} GB", size / kGigabyte);
 }
 
-/// Bytes of data this process has now.
-std::uint64_t DataBytes() {
+/// Bytes of this process now, as the system counts them under `name`.
+std::uint64_t BytesOf(std::string_view name) {
   std::ifstream status("/proc/self/status");
   std::string word;
   while (status >> word) {
     std::uint64_t kilobytes = 0;
-    if (word == "VmData:" && status >> kilobytes) return kilobytes * 1024;
+    if (word == name && status >> kilobytes) return kilobytes * 1024;
   }
   return 0;
 }
@@ -151,12 +193,14 @@ std::uint64_t DataBytes() {
 }  // namespace
 
 ResourceNeeds EstimateNeeds(const SurveyProject& project, const std::string& out_directory,
-                            const ArtifactStore& store) {
+                            const ArtifactStore& store, const RunPlan* plan,
+                            const ExecutionContext& context) {
   ResourceNeeds needs;
   DiskNeeds disks;
   const std::vector<CloudOutput> clouds = AllClouds(project, out_directory);
-  const bool all_known = std::all_of(clouds.begin(), clouds.end(),
-                                     [&](const CloudOutput& c) { return IsKnown(c, store); });
+  const std::set<std::string> written = WrittenClouds(clouds, store, plan);
+  const bool all_known = std::all_of(
+      clouds.begin(), clouds.end(), [&](const CloudOutput& c) { return written.contains(c.path); });
   const bool thins = std::any_of(clouds.begin(), clouds.end(),
                                  [](const CloudOutput& c) { return c.thin_m > 0.0; });
   std::vector<PointCount> counts;
@@ -168,9 +212,8 @@ ResourceNeeds EstimateNeeds(const SurveyProject& project, const std::string& out
     const std::uint64_t stored = StoredBytes(store, spec.id);
     // A header, which may be far down its file, is read only where something depends on it.
     const PointCount& count =
-        counts.emplace_back(stored > 0 && all_known ? PointCount() : PointsOf(spec));
-    const std::uint64_t few =
-        count.sure ? std::min(count.points / kFewestPointsPerVoxel, kFewVoxels) : 0;
+        counts.emplace_back(stored > 0 && all_known ? PointCount() : PointsOf(spec, context));
+    const std::uint64_t few = std::min(count.sure / kFewestPointsPerVoxel, kFewVoxels);
     const std::uint64_t usual = std::min(count.points / 2, kUsualVoxels);
     least += stored > 0 ? stored : few * kBytesPerVoxel;
     likely += stored > 0 ? stored : usual * kBytesPerVoxel;
@@ -187,7 +230,7 @@ ResourceNeeds EstimateNeeds(const SurveyProject& project, const std::string& out
   needs.physical_memory = static_cast<std::uint64_t>(::sysconf(_SC_PHYS_PAGES)) *
                           static_cast<std::uint64_t>(::sysconf(_SC_PAGE_SIZE));
   if (store.keeps()) disks.Add(store.folder(), to_store, likely_to_store);
-  AddClouds(project, out_directory, counts, store, &disks);
+  AddClouds(project, out_directory, counts, written, &disks);
   needs.disks = disks.Finish();
   return needs;
 }
@@ -220,6 +263,13 @@ void RequireRoom(const ResourceNeeds& needs, double memory_gb, const ExecutionCo
   }
 }
 
+NoRoom MemoryUsedUp(const std::string& place, double memory_gb) {
+  return NoRoom(
+      fmt::format("{}: the budget of {:g} GB of memory is used up; raise "
+                  "resources.memory_gb (--memory-gb)",
+                  place, memory_gb));
+}
+
 void WakeThreads(const ExecutionContext& context) {
   const int threads = context.threads();
   std::atomic<int> awake = 0;
@@ -232,12 +282,15 @@ void WakeThreads(const ExecutionContext& context) {
 }
 
 bool LimitMemory(double memory_gb, int threads) {
+  // The limit is on data alone: the program's own pages come on top.
+  const auto program = std::max(kProgramBytes, BytesOf("RssFile:"));
   const auto bytes =
       static_cast<rlim_t>(memory_gb * kGigabyte) + static_cast<rlim_t>(threads) * kStackBytes;
-  if (DataBytes() >= bytes) return false;  // a sanitizer reserves more than any budget
+  // A sanitizer reserves more than any budget.
+  if (program + BytesOf("VmData:") >= bytes) return false;
   rlimit limit{};
   if (::getrlimit(RLIMIT_DATA, &limit) != 0) return false;
-  limit.rlim_cur = std::min(bytes, limit.rlim_max);
+  limit.rlim_cur = std::min(bytes - program, limit.rlim_max);
   return ::setrlimit(RLIMIT_DATA, &limit) == 0;
 }
 

@@ -8,6 +8,7 @@
 #include "core/execution.h"
 #include "io/artifact_store.h"
 #include "io/survey_project.h"
+#include "pipeline/run_plan.h"
 
 namespace backsight {
 
@@ -27,14 +28,20 @@ struct ResourceNeeds {
   std::uint64_t physical_memory = 0;  ///< of this machine
 };
 
+/// `plan` says which outputs need not be written; without one these are all that lie as they were
+/// written.
 ResourceNeeds EstimateNeeds(const SurveyProject& project, const std::string& out_directory,
-                            const ArtifactStore& store);
+                            const ArtifactStore& store, const RunPlan* plan = nullptr,
+                            const ExecutionContext& context = ExecutionContext());
 
 /// The disk or the memory cannot suffice; the message has the figures.
 class NoRoom : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
+
+/// What to say where memory runs out outside a station or a pair, at `place`.
+NoRoom MemoryUsedUp(const std::string& place, double memory_gb);
 
 /// Throws NoRoom where the least that a run takes is more than there is, of disk, of `memory_gb` or
 /// of the machine's memory; warns where what it takes probably is.
@@ -43,9 +50,9 @@ void RequireRoom(const ResourceNeeds& needs, double memory_gb, const ExecutionCo
 /// Has all threads of the context started, so that none needs memory for that later.
 void WakeThreads(const ExecutionContext& context);
 
-/// From now on this process gets no more than `memory_gb` (1e9 bytes) of memory for its data,
-/// besides the stacks of its threads: what asks for more gets std::bad_alloc. False where the
-/// system does not grant such a limit.
+/// From now on this process gets no more than `memory_gb` (1e9 bytes) of memory, of which the
+/// program itself takes a part, besides the stacks of its threads: what asks for more gets
+/// std::bad_alloc. False where the system does not grant such a limit.
 bool LimitMemory(double memory_gb, int threads);
 
 }  // namespace backsight

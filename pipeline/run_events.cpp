@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "io/folder_lock.h"
+#include "io/temporary_file.h"
 #include "pipeline/resource_budget.h"
 #include "pipeline/run_outputs.h"
 #include "pipeline/slurm_client.h"
@@ -49,6 +50,7 @@ void EventFanOut::StageFinished(std::string_view stage, double seconds) {
 int ExitCodeOf(const std::exception& error) {
   if (dynamic_cast<const FolderInUse*>(&error) != nullptr) return kTryAgain;
   if (dynamic_cast<const SlurmUnreachable*>(&error) != nullptr) return kTryAgain;
+  if (dynamic_cast<const TemporaryFailure*>(&error) != nullptr) return kTryAgain;
   if (dynamic_cast<const NoRoom*>(&error) != nullptr) return kNoRoom;
   if (dynamic_cast<const std::bad_alloc*>(&error) != nullptr) return kNoRoom;
   const auto* storage = dynamic_cast<const StorageFailure*>(&error);

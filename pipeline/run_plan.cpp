@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <iterator>
 #include <map>
+#include <optional>
 #include <set>
 
 #include "core/error.h"
@@ -63,10 +64,20 @@ class Planner {
     std::vector<std::string> changed;
     std::copy_if(state.why.begin(), state.why.end(), std::back_inserter(changed),
                  [](const std::string& line) { return !DependsOnResults(line); });
-    if (changed.empty()) changed = causes;
+    item.unsure = changed.empty() && AddCauses(causes, &changed);
     item.state = changed.empty() ? Kind::kUpToDate : Kind::kOutdated;
     item.why = Join(changed);
+    if (item.unsure) unsure_.insert(unit);
     return item;
+  }
+
+  /// Adds the causes that may bring another result. True where none but unsure ones do.
+  bool AddCauses(const std::vector<std::string>& causes, std::vector<std::string>* changed) {
+    std::copy_if(causes.begin(), causes.end(), std::back_inserter(*changed),
+                 [&](const std::string& unit) { return !same_again_.contains(unit); });
+    return !changed->empty() &&
+           std::all_of(changed->begin(), changed->end(),
+                       [&](const std::string& unit) { return unsure_.contains(unit); });
   }
 
   static std::vector<std::string> Undone(const std::vector<PlanItem>& items) {
@@ -77,25 +88,32 @@ class Planner {
     return undone;
   }
 
+  /// The result of a station whose scan is known is known by its key, whether or not it is there.
   void PlanStation(const StationSpec& spec) {
     Station station;
     station.spec = spec;
-    PlanItem item{"station " + spec.id, Kind::kMissing, ""};
     const std::string name = StationArtifactName(spec.id);
-    try {
-      if (store_.Look(name, {}).kind == Kind::kMissing) {
-        station.digest = "unknown";
-      } else {
-        const ArtifactKey key = StationKey(base_, spec, scans_.Of(spec.scan, ExecutionContext(1)));
-        station.digest = key.Digest();
-        item = Judge(item.unit, name, key, {});
-      }
-    } catch (const InputError& error) {
-      station.fault = error.what();
-      item.why = error.what();
+    const std::optional<std::string> scan = scans_.Known(spec.scan);
+    const std::optional<std::string> earlier = scan ? std::nullopt : ScanOf(name);
+    const ArtifactKey key = StationKey(base_, spec, scan.value_or(earlier.value_or("unknown")));
+    station.digest = key.Digest();
+    PlanItem item = Judge("station " + spec.id, name, key, {});
+    if (scan && !item.done()) same_again_.insert(item.unit);
+    if (earlier && item.done()) {
+      item.state = Kind::kOutdated;
+      item.unsure = true;
+      item.why = "only a run reads its scan, which is new or was written to";
+      unsure_.insert(item.unit);
     }
     stations_.push_back(std::move(station));
     plan_.stations.push_back(std::move(item));
+  }
+
+  /// The fingerprint of the scan that a stored station was made from.
+  std::optional<std::string> ScanOf(const std::string& artifact) const {
+    const auto lines = KeyLines(store_.Look(artifact, {}).key_text);
+    const auto scan = lines.find("scan");
+    return scan == lines.end() ? std::nullopt : std::optional(scan->second);
   }
 
   std::vector<std::string> UndoneEnds(std::size_t source, std::size_t target) const {
@@ -194,6 +212,8 @@ class Planner {
   std::vector<Station> stations_;  // of what a project says, with their digests
   std::multimap<std::string, std::string> stored_network_;  // lines of its key
   std::set<std::string> planned_;                           // "pair S2 S1"
+  std::set<std::string> unsure_;                            // units that only a run can judge
+  std::set<std::string> same_again_;  // units to be done whose results, by their keys, are known
   bool exhaustive_ = true;
   std::string network_digest_;
   RunPlan plan_;
@@ -217,8 +237,9 @@ RunPlan MakeRunPlan(const SurveyProject& project, const SurveyOptions& options, 
   return Planner(project, options, seed, store).Make(out_directory);
 }
 
-std::string ToString(ArtifactState::Kind kind) {
-  switch (kind) {
+std::string StateText(const PlanItem& item) {
+  if (item.unsure) return "not known";
+  switch (item.state) {
     case Kind::kUpToDate:
       return "up to date";
     case Kind::kMissing:

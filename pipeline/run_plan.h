@@ -14,6 +14,8 @@ struct PlanItem {
   std::string unit;  ///< "station S1", "pair S2 S1 full", "network", "out/merged.las"
   ArtifactState::Kind state = ArtifactState::Kind::kMissing;
   std::string why;  ///< what changed, what is damaged, or what it depends on; may be empty
+  /// Whether only a run can tell, which would read a scan for it; the state is then kOutdated.
+  bool unsure = false;
 
   bool done() const { return state == ArtifactState::Kind::kUpToDate; }
 };
@@ -29,15 +31,15 @@ struct RunPlan {
   bool done() const;
 };
 
-/// Compares what the store holds with the project. Reads scans only where their fingerprints are
-/// not known. `seed`: of the run.
+/// Compares what the store holds with the project. Reads no scans and writes nothing. `seed`: of
+/// the run.
 RunPlan MakeRunPlan(const SurveyProject& project, const SurveyOptions& options, std::uint64_t seed,
                     const std::string& out_directory, const ArtifactStore& store);
 
 /// How many are up to date.
 std::size_t CountDone(const std::vector<PlanItem>& items);
 
-/// "up to date", "missing", "outdated", "damaged".
-std::string ToString(ArtifactState::Kind kind);
+/// "up to date", "missing", "outdated", "damaged", "not known".
+std::string StateText(const PlanItem& item);
 
 }  // namespace backsight

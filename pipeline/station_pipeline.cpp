@@ -9,7 +9,6 @@
 #include "core/fingerprint.h"
 #include "pipeline/artifacts/artifact_keys.h"
 #include "pipeline/artifacts/load_artifact.h"
-#include "pipeline/artifacts/scan_fingerprints.h"
 #include "pipeline/artifacts/station_artifact.h"
 #include "stages/station_symmetries.h"
 
@@ -60,7 +59,8 @@ void FillRecord(const IngestResult& ingest, Station* station) {
 void ComputeStation(const SurveyOptions& options, const ExecutionContext& context,
                     Station* station) {
   const std::unique_ptr<ScanReader> reader =
-      OpenScan(station->spec.scan, station->spec.scan_index, station->spec.columns);
+      OpenScan(station->spec.scan, station->spec.scan_index, station->spec.columns,
+               [&context] { context.CheckStop(); });
   station->info = reader->info();
   IngestResult ingest = IngestScan(station->spec.id, *reader, station->spec.scanner_origin_m,
                                    options.ingest, context);
@@ -84,9 +84,9 @@ void ComputeStation(const SurveyOptions& options, const ExecutionContext& contex
 void LoadStation(const SurveyOptions& options, const ExecutionContext& context,
                  const ArtifactStore& store, ScanFingerprints* scans, Station* station) {
   if (!store.keeps()) return ComputeStation(options, context, station);
-  station->scan_fingerprint = scans->Of(station->spec.scan, context);
+  station->scan = scans->Of(station->spec.scan, context);
   const ArtifactKey key =
-      StationKey({options, context.seed()}, station->spec, station->scan_fingerprint);
+      StationKey({options, context.seed()}, station->spec, station->scan.fingerprint);
   const std::string name = StationArtifactName(station->spec.id);
   station->digest = key.Digest();
   auto restored = LoadArtifact(store, name, key, [&](std::string_view bytes) {
@@ -99,6 +99,7 @@ void LoadStation(const SurveyOptions& options, const ExecutionContext& context,
     return;
   }
   ComputeStation(options, context, station);
+  RequireUnchanged(station->spec.scan, station->scan, context);
   store.Store(name, key, StationBytes(*station));
 }
 

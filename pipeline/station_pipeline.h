@@ -9,6 +9,7 @@
 #include "io/run_records.h"
 #include "io/scan_reader.h"
 #include "io/survey_project.h"
+#include "pipeline/artifacts/scan_fingerprints.h"
 #include "pipeline/survey_options.h"
 #include "stages/cloud_agreement.h"
 #include "stages/station_model.h"
@@ -33,7 +34,7 @@ struct Station {
   std::string fault;                ///< empty: usable
   bool short_of_memory = false;     ///< its fault is that memory ran out
   std::string content_fingerprint;  ///< of the voxel clusters
-  std::string scan_fingerprint;     ///< of the scan file; empty where nothing is kept
+  ScanIdentity scan;                ///< of the scan file; empty where nothing is kept
   std::string digest;  ///< stands for all that led here (StationKey); empty where nothing is kept
 
   bool usable() const { return fault.empty(); }

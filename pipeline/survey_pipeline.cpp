@@ -1,6 +1,7 @@
 #include "pipeline/survey_pipeline.h"
 
-#include <algorithm>
+#include <fmt/format.h>
+
 #include <chrono>
 #include <filesystem>
 #include <utility>
@@ -46,10 +47,18 @@ class StageClock {
 
 /// Throws NoRoom where memory is all that keeps the stations from being used.
 void RequireMemory(const std::vector<Station>& stations) {
-  const auto count = [&](auto is) { return std::count_if(stations.begin(), stations.end(), is); };
-  if (count([](const Station& s) { return s.usable(); }) >= 2) return;
-  if (count([](const Station& s) { return s.short_of_memory; }) == 0) return;
-  throw NoRoom(std::string("stations: every station ") + kShortOfMemory);
+  std::string short_of_memory;
+  std::size_t usable = 0;
+  for (const Station& station : stations) {
+    if (!station.usable() && !station.short_of_memory) return;  // there is more to be told
+    if (station.usable()) {
+      ++usable;
+    } else {
+      short_of_memory += (short_of_memory.empty() ? "" : ", ") + station.spec.id;
+    }
+  }
+  if (usable >= 2 || short_of_memory.empty()) return;
+  throw NoRoom(fmt::format("stations: each of {} {}", short_of_memory, kShortOfMemory));
 }
 
 }  // namespace
@@ -61,7 +70,7 @@ SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
   StageClock clock(context, &run.times);
 
   const std::vector<Station> stations = LoadStations(project.stations, options, context, store);
-  for (const Station& station : stations) run.scan_fingerprints.push_back(station.scan_fingerprint);
+  for (const Station& station : stations) run.scan_fingerprints.push_back(station.scan.fingerprint);
   RequireMemory(stations);
   clock.Finish("stations");
 

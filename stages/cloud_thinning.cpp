@@ -54,14 +54,15 @@ void CloudThinning::Choose(const ExecutionContext& context) {
   for (const Candidate& recent : recent_) {
     if (recent.cell != kNoCell) candidates_->Add(recent);
   }
-  candidates_->Finish();
+  const auto between = [&context] { context.CheckStop(); };
+  candidates_->Finish(between);
   std::uint64_t cells = 0;
   for (Candidate best; candidates_->Next(&best);) {
     if (++cells % 65536 == 0) context.CheckStop();
     chosen_.Add(best.place);
   }
   candidates_.reset();
-  chosen_.Finish();
+  chosen_.Finish(between);
   next_.emplace();
   if (!chosen_.Next(&*next_)) next_.reset();
 }

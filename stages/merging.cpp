@@ -51,6 +51,7 @@ void ForEachPoint(const MergeStation& station, const MergeOptions& options,
     }
     flush();
   }
+  if (station.require_unchanged) station.require_unchanged();
 }
 
 /// The point in its station's frame; as it was read where the scale is 1.

@@ -29,6 +29,9 @@ struct MergeStation {
   bool has_intensity = false;
   bool has_rgb = false;
   std::function<std::unique_ptr<ScanReader>()> open;
+  /// Throws InputError where the scan is no longer the one that the pose is of; empty: never looks.
+  /// Called whenever the scan has been read.
+  std::function<void()> require_unchanged;
   /// Cosine of the angle at which the beam met the surface at a point of the scan, station frame
   /// (SurfaceIncidence); empty: never known. Asked for in the order of reading, when thinning.
   std::function<std::optional<double>(const Eigen::Vector3d&)> cos_incidence;
@@ -67,7 +70,7 @@ CloudBounds MergedBounds(const std::vector<MergeStation>& stations, const MergeO
 /// Reads every station's scan once more and hands its points to `writer`; when thinning twice: of
 /// each cell the point of least PointUncertainty is kept (CloudThinning). Streams; memory is
 /// constant, when thinning that of options.thinning. Returns the number of points written; the
-/// caller finishes the writer. Throws InputError for a scan that changes while it is read twice.
+/// caller finishes the writer. Throws InputError for a scan that has changed.
 std::uint64_t MergeClouds(const std::vector<MergeStation>& stations, const MergeOptions& options,
                           CloudWriter& writer, const ExecutionContext& context);
 

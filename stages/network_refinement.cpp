@@ -57,7 +57,6 @@ class Refinement {
     if (input_.stations.size() < 2) return std::move(result_);
     Poses poses = input_.survey_from_station;
     for (int round = 0; round < options_.max_rounds; ++round) {
-      context_.CheckStop();
       Associate(poses, std::pow(0.5, round));
       if (static_cast<int>(planes_.adjusted.size()) < options_.min_planes) {
         return std::move(result_);
@@ -110,6 +109,7 @@ class Refinement {
   }
 
   void Associate(const Poses& poses, double tolerance) {
+    context_.CheckStop();
     PlaneSearchOptions search;
     search.root_edge_m = options_.root_edge * l_;
     search.max_thickness_m = options_.max_thickness_m;
@@ -145,6 +145,7 @@ class Refinement {
   /// of a coarse registration (half a voxel). Where its stations share hardly a plane now, it is
   /// evidence of its own and counts in full.
   void MakeLinks() {
+    context_.CheckStop();
     links_.clear();
     surfaces_ = {};
     for (PoseGraphLink link : input_.links) {
@@ -174,6 +175,7 @@ class Refinement {
 
   /// Surfaces at `poses`, weighed against the planes as found so far.
   void ObserveSurfaces(const Poses& poses) {
+    context_.CheckStop();
     if (!options_.surfaces || input_.normals.empty()) return;
     std::vector<std::uint64_t> cells = planes_.cells;
     std::sort(cells.begin(), cells.end());
@@ -195,6 +197,7 @@ class Refinement {
   /// formal variance says.
   void WeighSurfaces(const Poses& poses) {
     if (surfaces_.scores.empty()) return;
+    context_.CheckStop();
     const PrecisionInput input = Precision(poses);
     const Eigen::MatrixXd formal =
         InvertInformation(ScanInformation(input, context_) +
@@ -214,6 +217,7 @@ class Refinement {
   }
 
   Poses AdjustRound(const Poses& poses) {
+    context_.CheckStop();
     SetNetworkWeights(poses, context_, &planes_.adjusted);
     RefinementRound round;
     round.planes = static_cast<int>(planes_.adjusted.size());
@@ -284,6 +288,7 @@ class Refinement {
   }
 
   void Judge(const Poses& poses) {
+    context_.CheckStop();
     const HeldOutComparison held_out =
         CompareHeldOut(planes_.held_out, input_.survey_from_station, poses);
     result_.held_out = held_out.pairs;

@@ -108,6 +108,7 @@ std::vector<double> LongLoopErrors(int stations, std::span<const PoseGraphLink> 
 
 /// Selection and adjustment with the links' scale of error re-estimated until the selection stays.
 LinkSelection SolveWithScale(int stations, const NetworkOptions& options,
+                             const std::function<void()>& between,
                              std::vector<PoseGraphLink>* links, NetworkResult* result) {
   CycleStatistics cycles = CheckCycles(stations, *links, {});
   if (cycles.cycles.empty()) cycles.scale = EstimateScale(LongLoopErrors(stations, *links), {});
@@ -119,11 +120,11 @@ LinkSelection SolveWithScale(int stations, const NetworkOptions& options,
   constexpr int kMaxRounds = 4;
   for (int round = 0; round < kMaxRounds; ++round) {
     const std::vector<LinkFate> before = selection.fate;
-    selection =
-        options.robust
-            ? SelectLinks(stations, *links, result->support,
-                          {.outlier_limit = kGrossError, .score_noise = options.score_noise})
-            : UseAll(stations, *links);
+    selection = options.robust ? SelectLinks(stations, *links, result->support,
+                                             {.outlier_limit = kGrossError,
+                                              .score_noise = options.score_noise,
+                                              .between = between})
+                               : UseAll(stations, *links);
     const double wanted = AdjustSelected(*links, selection, &result->poses);
     const double next = std::clamp(factor * wanted, 1.0, cycles.scale.largest);
     ScaleInformation(factor / next, links);
@@ -191,17 +192,17 @@ void VisitOptions(OptionVisitor& visitor, NetworkOptions& options) {
 }
 
 LinkSelection ChooseLinks(int stations, std::span<const NetworkLink> links,
-                          const NetworkOptions& options) {
+                          const NetworkOptions& options, const std::function<void()>& between) {
   NetworkResult unused;
   std::vector<PoseGraphLink> scaled = MakeLinks(links, options);
-  return SolveWithScale(stations, options, &scaled, &unused);
+  return SolveWithScale(stations, options, between, &scaled, &unused);
 }
 
 NetworkResult SolveNetwork(int stations, std::span<const NetworkLink> links,
-                           const NetworkOptions& options) {
+                           const NetworkOptions& options, const std::function<void()>& between) {
   NetworkResult result;
   std::vector<PoseGraphLink> scaled = MakeLinks(links, options);
-  const LinkSelection selection = SolveWithScale(stations, options, &scaled, &result);
+  const LinkSelection selection = SolveWithScale(stations, options, between, &scaled, &result);
   result.fate = selection.fate;
   result.ambiguities = selection.ambiguities;
   result.readmitted = selection.readmitted;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -72,17 +73,18 @@ struct NetworkResult {
 };
 
 /// The links that SolveNetwork would use and the poses that they give, without covariances: for a
-/// network that is still growing.
+/// network that is still growing. `between`, called between adjustments, may throw to give up.
 LinkSelection ChooseLinks(int stations, std::span<const NetworkLink> links,
-                          const NetworkOptions& options);
+                          const NetworkOptions& options, const std::function<void()>& between = {});
 
 /// Fuses the pairs to one pose per station (survey frame of each component: the instrument frame of
 /// its first station). Chooses among rival motions and removes false ones (graph/link_selection.h)
 /// unless `robust` is off; then every link counts, doubtful or not, and pairs must have no rivals.
 /// The links' scale of error is estimated from how their cycles close, then from the adjustment's
 /// own redundancy. No transform is invented: parts that no usable link joins stay components. Cost:
-/// a few sparse adjustments and one dense inverse, seconds for 200 stations.
+/// a few sparse adjustments and one dense inverse, seconds for 200 stations. `between` as above.
 NetworkResult SolveNetwork(int stations, std::span<const NetworkLink> links,
-                           const NetworkOptions& options);
+                           const NetworkOptions& options,
+                           const std::function<void()>& between = {});
 
 }  // namespace backsight

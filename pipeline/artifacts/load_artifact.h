@@ -11,7 +11,7 @@
 namespace backsight {
 
 /// What `decode` makes of the bytes stored under the key; nothing where none are, or where they
-/// hold something else (DamagedArchive), so that the result is computed anew.
+/// hold something else (DamagedArchive), which is reported, so that the result is computed anew.
 template <class Decode>
 std::optional<std::invoke_result_t<Decode, std::string_view>> LoadArtifact(
     const ArtifactStore& store, const std::string& name, const ArtifactKey& key, Decode decode) {
@@ -19,7 +19,8 @@ std::optional<std::invoke_result_t<Decode, std::string_view>> LoadArtifact(
   if (!store.Load(name, key, &bytes)) return std::nullopt;
   try {
     return decode(std::string_view(bytes));
-  } catch (const DamagedArchive&) {
+  } catch (const DamagedArchive& damage) {
+    store.ReportDamaged(name, damage.what());
     return std::nullopt;
   }
 }

@@ -2,6 +2,7 @@
 
 #include <elf.h>
 #include <link.h>
+#include <sys/auxv.h>
 
 #include <algorithm>
 #include <cstddef>
@@ -26,7 +27,13 @@ void AddBuildId(const char* notes, std::size_t size, std::vector<std::string>* i
   }
 }
 
+/// The kernel's own pages, which look like a library.
+bool IsOfKernel(const dl_phdr_info& info) {
+  return info.dlpi_addr != 0 && info.dlpi_addr == ::getauxval(AT_SYSINFO_EHDR);
+}
+
 int AddLibrary(dl_phdr_info* info, std::size_t, void* ids) {
+  if (IsOfKernel(*info)) return 0;
   for (const ElfW(Phdr) & header : std::span(info->dlpi_phdr, info->dlpi_phnum)) {
     if (header.p_type != PT_NOTE) continue;
     AddBuildId(reinterpret_cast<const char*>(info->dlpi_addr + header.p_vaddr), header.p_memsz,

@@ -7,7 +7,9 @@
 #include "pipeline/control_frame.h"
 #include "pipeline/map_output.h"
 #include "pipeline/output_files.h"
+#include "pipeline/resource_budget.h"
 #include "pipeline/survey_pipeline.h"
+#include "pipeline/terminal_events.h"
 
 namespace backsight {
 
@@ -42,6 +44,15 @@ void PrintGates(const GateSpec& gates) {
     fmt::print("gate: max_check_rmse_mm {:g}\n", *gates.max_check_rmse_mm);
   }
   if (gates.require_all_stations) fmt::print("gate: require_all_stations\n");
+}
+
+/// Throws NoRoom where a run could not end well.
+void RequireRoomForRun(const SurveyProject& project) {
+  TerminalEvents events(TerminalEvents::Verbosity::kQuiet);
+  const ExecutionContext context(1, kRunSeed, &events);
+  const ArtifactStore store(UsualWorkDirectory(project.path));
+  RequireRoom(EstimateNeeds(project, UsualOutDirectory(project.path), store),
+              project.resources.memory_gb, context);
 }
 
 }  // namespace
@@ -80,6 +91,7 @@ int CheckCommand(const std::string& project_path) {
   fmt::print("\n");
   PrintOutputs(project, UsualOutDirectory(project_path));
   PrintGates(project.gates);
+  RequireRoomForRun(project);
   if (faults == 0) return kComplete;
   fmt::print("{} of {} scans cannot be used\n", faults, project.stations.size());
   return static_cast<int>(project.stations.size()) - faults < 2 ? kNoUsableInput : kPartial;

@@ -23,6 +23,7 @@
 #include "pipeline/resource_budget.h"
 #include "pipeline/run_events.h"
 #include "pipeline/run_outputs.h"
+#include "pipeline/run_plan.h"
 #include "pipeline/slurm_client.h"
 #include "pipeline/slurm_executor.h"
 #include "pipeline/stop_signal.h"
@@ -94,16 +95,12 @@ int ThreadsOf(const RunArguments& arguments, const SurveyProject& project) {
 }
 
 /// Where memory runs out outside a station or a pair, says when, and what to do.
-SurveyRun RunWithin(double memory_gb, const std::string& work,
+SurveyRun RunWithin(double memory_gb, const ProgressFile& progress,
                     const std::function<SurveyRun()>& run) {
   try {
     return run();
   } catch (const std::bad_alloc&) {
-    const auto progress = ReadProgress(work);
-    throw NoRoom(
-        fmt::format("{}: the budget of {:g} GB of memory is used up; raise "
-                    "resources.memory_gb (--memory-gb)",
-                    progress ? progress->stage : "start", memory_gb));
+    throw MemoryUsedUp(progress.place(), memory_gb);
   }
 }
 
@@ -118,24 +115,25 @@ int RunProject(const RunArguments& arguments, const std::stop_token& stop, RunEv
   RequireFreeNames(project, out);
   if (arguments.final_job) AwaitSubmission(work);
   const FolderLock lock(work);
+  ProgressFile progress(work);
   RequireNoJobs(work, arguments.force);
   std::optional<FolderLock> out_lock;  // another work folder may lead to the same results
   if (!fs::exists(out) || !fs::equivalent(out, work)) out_lock.emplace(out);
   RemoveTemporaries(project, out, work);
 
-  ProgressFile progress(work);
   EventFanOut sinks({events->sink(), &progress});
   const ExecutionContext context(ThreadsOf(arguments, project), kRunSeed, &sinks, stop);
   events->Started(DescribeStart(project, options, context.threads(), out));
   const ArtifactStore store(work, [&](const std::string& what) { context.Warning(what); });
   const double memory_gb = arguments.memory_gb.value_or(project.resources.memory_gb);
-  RequireRoom(EstimateNeeds(project, out, store), memory_gb, context);
+  const RunPlan plan = MakeRunPlan(project, options, kRunSeed, out, ArtifactStore(work));
+  RequireRoom(EstimateNeeds(project, out, store, &plan, context), memory_gb, context);
   WakeThreads(context);
   if (!LimitMemory(memory_gb, context.threads())) {
     context.Warning("the system does not limit this process's memory; it takes what it needs");
   }
   const SurveyRun run = RunWithin(
-      memory_gb, work, [&] { return RunSurvey(project, options, frame, out, context, store); });
+      memory_gb, progress, [&] { return RunSurvey(project, options, frame, out, context, store); });
   WriteManifest(project, options, run, start, context.threads(), out);
   return events->Finished(run.record.exit_code, run.record.verdict,
                           (fs::path(out) / "report.html").string());

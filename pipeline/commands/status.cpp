@@ -40,7 +40,7 @@ RunPlan PlanOf(const OpenedProject& opened) {
 void PrintItems(const std::vector<PlanItem>& items) {
   for (const PlanItem& item : items) {
     if (item.done()) continue;
-    fmt::print("  {}: {}{}\n", item.unit, ToString(item.state),
+    fmt::print("  {}: {}{}\n", item.unit, StateText(item),
                item.why.empty() ? "" : " (" + item.why + ")");
   }
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <csignal>
+#include <new>
 
 #include "core/error.h"
 #include "io/artifact_store.h"
@@ -49,6 +50,12 @@ void Coordinate(const WorkArguments& arguments, const ExecutionContext& context,
               *jobs, std::min(missing, kMostPairShards), frontier.done);
 }
 
+std::string PartOf(const WorkArguments& arguments) {
+  if (arguments.coordinate) return "choice of pairs";
+  return arguments.shards > 0 ? fmt::format("pairs, part {}", arguments.shard)
+                              : fmt::format("station {}", arguments.station);
+}
+
 /// Returns how many units failed.
 int Work(const WorkArguments& arguments, const ExecutionContext& context,
          const SurveyProject& project, const SurveyOptions& options) {
@@ -82,11 +89,14 @@ int WorkCommand(const WorkArguments& arguments) {
   const ExecutionContext context(TaskCpus().value_or(project.resources.threads), kRunSeed, &events,
                                  stop);
   WakeThreads(context);
-  LimitMemory(arguments.memory_gb.value_or(project.resources.memory_gb), context.threads());
+  const double memory_gb = arguments.memory_gb.value_or(project.resources.memory_gb);
+  LimitMemory(memory_gb, context.threads());
   try {
     const int failed = Work(arguments, context, project, options);
     if (failed > 0) context.Info(fmt::format("{} failed; the final run names the reasons", failed));
     return failed > 0 ? kPartial : kComplete;
+  } catch (const std::bad_alloc&) {  // outside a station or a pair
+    throw MemoryUsedUp(PartOf(arguments), memory_gb);
   } catch (const Interrupted&) {
     return StopSignal() == SIGTERM ? kTerminated : kInterrupted;
   }

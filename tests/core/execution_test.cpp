@@ -52,6 +52,17 @@ TEST(ParallelFor, OneThreadRunsInOrder) {
   for (std::size_t i = 0; i < order.size(); ++i) EXPECT_EQ(order[i], i);
 }
 
+TEST(ParallelFor, EndsWhereAStopIsRequested) {
+  std::stop_source source;
+  const ExecutionContext context(1, 0, nullptr, source.get_token());
+  int done = 0;
+  const auto body = [&](std::size_t) {
+    if (++done == 3) source.request_stop();
+  };
+  EXPECT_THROW(context.ParallelFor(100, body), Interrupted);
+  EXPECT_EQ(done, 3);
+}
+
 TEST(ParallelFor, RethrowsAndStaysUsable) {
   for (const int threads : {1, 4}) {
     const ExecutionContext context(threads);

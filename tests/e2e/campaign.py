@@ -10,11 +10,11 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 PROGRAM = os.path.abspath(sys.argv.pop(1))  # before unittest looks at the arguments
 
 
-def simulate(folder):
+def simulate(folder, step_deg=0.5):
     """Four stations about a courtyard, scanned coarsely; returns the project file's text, which
     asks for no clouds."""
     scene = (ROOT / "tests/e2e/scenes/courtyard.yaml").read_text()
-    scene, found = re.subn(r"step_deg: 0\.25", "step_deg: 0.5", scene)
+    scene, found = re.subn(r"step_deg: 0\.25", f"step_deg: {step_deg}", scene)
     assert found == 1, "the scene has another scanner now"
     path = pathlib.Path(folder) / "scene.yaml"
     path.write_text(scene)

@@ -21,7 +21,9 @@ std::vector<std::string> Seeds() {
   return {grey, color, grey + color, color + "\n" + color + grey, last_line_open};
 }
 
-void Read(const std::string& path) { ReadScans(path, &OpenPtx); }
+void Read(const std::string& path) {
+  ReadScans(path, [](const std::string& file, int scan) { return OpenPtx(file, scan); });
+}
 
 }  // namespace
 

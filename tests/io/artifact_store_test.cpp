@@ -14,6 +14,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::SizeIs;
 using Kind = ArtifactState::Kind;
 
 ArtifactKey MakeKey(const std::string& scan, double resolution_m) {
@@ -82,6 +83,7 @@ TEST_F(ArtifactStoreTest, FindsDamageAnywhere) {
     WriteBytes(PathOf("n"), whole.substr(0, i));
     EXPECT_FALSE(Holds("n", key)) << "length " << i;
     EXPECT_EQ(store_.Look("n", key).kind, Kind::kDamaged) << "length " << i;
+    EXPECT_THAT(reports_, SizeIs(2 * (i + 1))) << "byte " << i;  // its key is no way out
   }
   WriteBytes(PathOf("n"), whole + "x");
   EXPECT_FALSE(Holds("n", key));

@@ -67,6 +67,13 @@ TEST(ExternalSorter, GivesTheLeastOfEachGroupWhateverTheMemory) {
   }
 }
 
+TEST(ExternalSorter, GivesUpWhileMerging) {
+  const TempDir dir;
+  Sorter sorter(dir / "a", 100 * sizeof(Entry));
+  for (const Entry& entry : RandomEntries(10000, 4000000000U)) sorter.Add(entry);
+  EXPECT_THROW(sorter.Finish([] { throw Interrupted(); }), Interrupted);
+}
+
 TEST(ExternalSorter, LeavesTheDiskAloneWhereMemorySuffices) {
   const TempDir dir;
   Sorter none(dir / "missing/sort", 80);

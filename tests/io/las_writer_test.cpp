@@ -338,6 +338,22 @@ TEST(LasWriterLimits, LeavesNothingBehindWhenAbandoned) {
   EXPECT_EQ(dir.FileCount(), 0U);
 }
 
+TEST(LasWriterLimits, GivesUpWhileReadingAgain) {
+  const TempDir dir;
+  auto spec = Spec(dir / "a.las", false);
+  int calls = 0;
+  spec.between = [&calls] {
+    if (++calls == 2) throw Interrupted();
+  };
+  {
+    const auto writer = CreateLasWriter(spec);
+    writer->Write(RandomChunk(spec, 100000, 6), 1);
+    EXPECT_EQ(calls, 0);
+    EXPECT_THROW(writer->Finish(), Interrupted);
+  }
+  EXPECT_EQ(dir.FileCount(), 0U);
+}
+
 TEST(VerifyLas, FindsDamage) {
   const TempDir dir;
   auto spec = Spec(dir / "a.las", true);

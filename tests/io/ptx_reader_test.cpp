@@ -121,6 +121,12 @@ TEST(PtxReader, DamageBehindCostsOnlyTheScansBehind) {
   EXPECT_THAT(ReadError(path, 1), HasSubstr("declared in line 12"));
 }
 
+TEST(PtxReader, GivesUpWhileLookingForScans) {
+  const TempDir dir;
+  const std::string path = dir.File("a.ptx", Header(1, 2) + "1 1 1 0.1\n2 2 2 0.2\n");
+  EXPECT_THROW(OpenScan(path, 0, {}, [] { throw Interrupted(); }), Interrupted);
+}
+
 TEST(PtxReader, SurvivesDamage) {
   std::string text = Header(2, 5);
   for (int i = 0; i < 10; ++i) text += "1.5 2.5 -3.5 0.25 1 2 3\n";

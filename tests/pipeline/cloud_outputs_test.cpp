@@ -11,6 +11,7 @@
 namespace backsight {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -287,6 +288,24 @@ TEST_F(CloudOutputsTest, TextScansAreReadByTheirColumns) {
   EXPECT_EQ(scan.points.x, (std::vector<double>{1, 4}));
   EXPECT_EQ(scan.points.z, (std::vector<double>{3, 6}));
   EXPECT_TRUE(scan.points.intensity.empty());
+}
+
+TEST_F(CloudOutputsTest, AScanThatChangedDuringTheRunEndsInNoCloud) {
+  const std::string& path = stations_[1].spec.scan;
+  ScanFingerprints scans(store_);
+  for (Station& station : stations_) station.scan = scans.Of(station.spec.scan, ExecutionContext{});
+  std::filesystem::last_write_time(path, std::filesystem::file_time_type::clock::now());
+  for (const CloudFormat format : {CloudFormat::kLas, CloudFormat::kE57}) {
+    EXPECT_EQ(Write({Merged(format, "before")}, std::nullopt).files.size(), 1U);  // same content
+  }
+  points_.back() = points_[0];
+  WriteScan(path, "", "");
+  for (const CloudFormat format : {CloudFormat::kLas, CloudFormat::kPly, CloudFormat::kE57}) {
+    const CloudOutput output = Merged(format, "after");
+    EXPECT_THAT(ErrorOf([&] { Write({output}, std::nullopt); }),
+                AllOf(HasSubstr(path), HasSubstr("it changed during the run")));
+    EXPECT_FALSE(std::filesystem::exists(output.path));
+  }
 }
 
 TEST_F(CloudOutputsTest, ACropBoxBesideTheCloudIsNoticed) {
