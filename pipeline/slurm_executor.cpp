@@ -12,9 +12,9 @@
 #include "io/folder_lock.h"
 #include "io/output_names.h"
 #include "io/utc_text.h"
-#include "pipeline/option_words.h"
 #include "pipeline/progress_file.h"
 #include "pipeline/run_outputs.h"
+#include "pipeline/sbatch_options.h"
 #include "pipeline/slurm_client.h"
 
 namespace backsight {
@@ -36,7 +36,7 @@ class Submitter {
         jobs_(earlier_),
         work_(AbsolutePath(submission.work)),
         folder_(SlurmFolder(work_)),
-        options_(SplitWords(submission.options, "--slurm-options")) {
+        options_(SbatchOptions(submission.options)) {
     MakeDirectories((fs::path(folder_) / "logs").string());
     WriteTextFile(ScriptPath(0), kSingleScript);
     WriteTextFile(ScriptPath(1), kArrayScript);
