@@ -20,7 +20,8 @@ struct Reserved {
 
 constexpr std::array<Reserved, 8> kReserved = {{
     {'a', "array", "leave it out: stations and pairs are arrays already"},
-    {'d', "dependency", "leave it out; to begin later, give --begin, or --hold and release the jobs"},
+    {'d', "dependency",
+     "leave it out; to begin later, give --begin, or --hold and release the jobs"},
     {'W', "wait", "leave it out; --wait of backsight run follows the jobs to their end"},
     {0, "wrap", "leave it out: the jobs run backsight"},
     {0, "test-only", "leave it out; backsight run --dry-run says what would be done"},

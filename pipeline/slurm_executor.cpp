@@ -22,6 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using std::chrono::seconds;
+using Clock = std::chrono::steady_clock;
 
 // What Slurm hands to a script as arguments needs no quoting.
 constexpr const char* kSingleScript = "#!/bin/sh\nexec \"$@\"\n";
@@ -30,8 +31,10 @@ constexpr const char* kArrayScript = "#!/bin/sh\nexec \"$@\" \"$SLURM_ARRAY_TASK
 class Submitter {
  public:
   /// `earlier`: jobs of the same run.
-  explicit Submitter(const SlurmSubmission& submission, SlurmJobs earlier = {})
+  Submitter(const SlurmSubmission& submission, const ExecutionContext& context,
+            SlurmJobs earlier = {})
       : submission_(submission),
+        context_(context),
         earlier_(std::move(earlier)),
         jobs_(earlier_),
         work_(AbsolutePath(submission.work)),
@@ -47,6 +50,7 @@ class Submitter {
   /// Returns the job's id.
   std::string Submit(const std::string& part, int tasks, const std::string& after,
                      const std::vector<std::string>& arguments) {
+    context_.CheckStop();
     SlurmRequest request;
     request.name = "backsight-" + part;
     request.tasks = tasks;
@@ -59,7 +63,7 @@ class Submitter {
     request.options = options_;
     request.command = {fs::read_symlink("/proc/self/exe").string()};
     request.command.insert(request.command.end(), arguments.begin(), arguments.end());
-    jobs_.jobs.push_back({SubmitJob(request), part, std::max(tasks, 1)});
+    jobs_.jobs.push_back({SubmitJob(request, context_), part, std::max(tasks, 1)});
     WriteSlurmJobs(work_, jobs_);
     return jobs_.jobs.back().id;
   }
@@ -88,6 +92,7 @@ class Submitter {
   }
 
   const SlurmSubmission& submission_;
+  const ExecutionContext& context_;
   const SlurmJobs earlier_;
   SlurmJobs jobs_;
   const std::string work_;
@@ -160,10 +165,30 @@ class JobProgress {
   bool pairs_ended_ = false;
 };
 
+/// Warns once where Slurm does not answer for minutes; it may answer again.
+class Silence {
+ public:
+  explicit Silence(const ExecutionContext& context) : context_(context) {}
+
+  void End() { answered_ = Clock::now(); }
+  void GoesOn(const std::string& why) {
+    constexpr auto kLongest = std::chrono::minutes(3);
+    context_.Debug(why);
+    if (warned_ || Clock::now() - answered_ < kLongest) return;
+    warned_ = true;
+    context_.Warning("for minutes Slurm has not said how far the jobs are: " + why);
+  }
+
+ private:
+  const ExecutionContext& context_;
+  Clock::time_point answered_ = Clock::now();
+  bool warned_ = false;
+};
+
 /// Wakes up early if a stop is requested.
 void Sleep(std::chrono::milliseconds time, const ExecutionContext& context) {
-  const auto end = std::chrono::steady_clock::now() + time;
-  while (std::chrono::steady_clock::now() < end) {
+  const auto end = Clock::now() + time;
+  while (Clock::now() < end) {
     context.CheckStop();
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
   }
@@ -171,8 +196,9 @@ void Sleep(std::chrono::milliseconds time, const ExecutionContext& context) {
 
 }  // namespace
 
-SlurmJobs SubmitSurvey(const SlurmSubmission& submission, int stations, int shards) {
-  Submitter submitter(submission);
+SlurmJobs SubmitSurvey(const SlurmSubmission& submission, int stations, int shards,
+                       const ExecutionContext& context) {
+  Submitter submitter(submission, context);
   try {
     std::string last = submitter.Submit("stations", stations, "",
                                         With(submitter.Arguments("work"), {"--station"}));
@@ -189,15 +215,15 @@ SlurmJobs SubmitSurvey(const SlurmSubmission& submission, int stations, int shar
 }
 
 void SubmitRound(const SlurmSubmission& submission, const SlurmJobs& jobs, int shards,
-                 std::size_t done) {
-  Submitter submitter(submission, jobs);
+                 std::size_t done, const ExecutionContext& context) {
+  Submitter submitter(submission, context, jobs);
   try {
     std::string last =
         submitter.Submit("pairs", shards, "",
                          With(submitter.Arguments("work"),
                               {"--batch", "--shards", std::to_string(shards), "--shard"}));
     last = SubmitCoordinator(&submitter, submission, {"--done", std::to_string(done)}, last);
-    MakeJobWait(jobs.Final(), last);
+    MakeJobWait(jobs.Final(), last, context);
   } catch (...) {
     submitter.TakeBack();
     throw;
@@ -212,14 +238,16 @@ std::optional<SlurmResult> FollowJobs(const SlurmJobs& jobs, const std::string& 
   constexpr auto kPatience = seconds(60);
   JobProgress progress(jobs, work, plan, context);
   std::chrono::milliseconds pause(1000);
-  using Clock = std::chrono::steady_clock;
+  Silence silence(context);
   Clock::time_point patient_until = Clock::time_point::max();
   while (true) {
     context.CheckStop();
     if (auto result = ReadSlurmResult(work, jobs.Final())) return result;
     if (Clock::now() > patient_until) return std::nullopt;
     try {
-      const std::vector<QueuedJob> queued = QueuedJobs(ReadSlurmJobs(work).value_or(jobs).Ids());
+      const std::vector<QueuedJob> queued =
+          QueuedJobs(ReadSlurmJobs(work).value_or(jobs).Ids(), context);
+      silence.End();
       if (queued.empty()) {
         patient_until = std::min(patient_until, Clock::now() + kPatience);
       } else {
@@ -227,18 +255,19 @@ std::optional<SlurmResult> FollowJobs(const SlurmJobs& jobs, const std::string& 
         progress.Show(queued);
       }
     } catch (const SlurmUnreachable& failure) {
-      context.Debug(failure.what());  // it may answer again
+      silence.GoesOn(failure.what());
     }
     Sleep(pause, context);
     pause = std::min(pause + pause / 4, kLongestPause);
   }
 }
 
-void AwaitSubmission(const std::string& work) {
-  const auto start = std::chrono::steady_clock::now();
-  while (HolderOf(work) && std::chrono::steady_clock::now() - start < seconds(60)) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+FolderLock LockWhenFree(const std::string& work, const ExecutionContext& context) {
+  const auto patient_until = Clock::now() + seconds(60);
+  while (HolderOf(work) && Clock::now() < patient_until) {
+    Sleep(std::chrono::milliseconds(200), context);
   }
+  return FolderLock(work);
 }
 
 }  // namespace backsight

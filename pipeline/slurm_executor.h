@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/execution.h"
+#include "io/folder_lock.h"
 #include "pipeline/run_plan.h"
 #include "pipeline/slurm_jobs.h"
 
@@ -26,24 +27,27 @@ struct SlurmSubmission {
 /// per station, an array of `shards` tasks that share the pairs, and the final run, which does
 /// whatever is left (docs/cluster.md). Where `shards` is 0 the pairs are found in rounds: a
 /// coordinator stands in the array's place. jobs.json is kept up to date throughout. If one is
-/// refused, those before it are cancelled. Throws as SubmitJob and SbatchOptions do. The caller
-/// holds the lock of the work folder.
-SlurmJobs SubmitSurvey(const SlurmSubmission& submission, int stations, int shards);
+/// refused, or a stop is requested, those before it are cancelled. Throws as SubmitJob and
+/// SbatchOptions do. The caller holds the lock of the work folder.
+SlurmJobs SubmitSurvey(const SlurmSubmission& submission, int stations, int shards,
+                       const ExecutionContext& context);
 
 /// For a coordinator, which is one of `jobs`: submits an array of `shards` tasks that make the
 /// attempts of the stored batch, and the next coordinator, for which the final job waits then.
 /// `done`: attempts that are stored so far.
 void SubmitRound(const SlurmSubmission& submission, const SlurmJobs& jobs, int shards,
-                 std::size_t done);
+                 std::size_t done, const ExecutionContext& context);
 
 /// Follows the jobs until the final one has ended, and tells `context` how far they are: by `plan`
-/// (what is up to date now), then by what the final run tells. Nothing where it ended without a
-/// result. Throws Interrupted when a stop is requested; the jobs go on then.
+/// (what is up to date now), then by what the final run tells; that Slurm does not answer for
+/// minutes is a warning. Nothing where the final job ended without a result. Throws Interrupted
+/// when a stop is requested; the jobs go on then.
 std::optional<SlurmResult> FollowJobs(const SlurmJobs& jobs, const std::string& work,
                                       const std::function<RunPlan()>& plan,
                                       const ExecutionContext& context);
 
-/// For jobs that need the submission complete: waits until it is, a minute at most.
-void AwaitSubmission(const std::string& work);
+/// For the jobs of a submission: takes the lock of the work folder once whoever submits has freed
+/// it. Throws FolderInUse where that takes more than a minute.
+FolderLock LockWhenFree(const std::string& work, const ExecutionContext& context);
 
 }  // namespace backsight

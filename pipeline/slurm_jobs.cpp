@@ -102,13 +102,13 @@ void WriteSlurmResult(const std::string& work, const SlurmResult& result) {
                                                    {"summary", result.summary}}));
 }
 
-void RequireNoJobs(const std::string& work, bool force) {
+void RequireNoJobs(const std::string& work, bool force, const ExecutionContext& context) {
   const std::optional<SlurmJobs> jobs = ReadSlurmJobs(work);
   if (!jobs || jobs->jobs.empty()) return;
   const std::string final = jobs->Final();
   if (!final.empty() && (final == OwnJob() || ReadSlurmResult(work, final))) return;
   try {
-    if (QueuedJobs(jobs->Ids()).empty()) return;
+    if (QueuedJobs(jobs->Ids(), context).empty()) return;
   } catch (const SlurmUnreachable& failure) {
     if (force) return;
     throw FolderInUse(fmt::format(

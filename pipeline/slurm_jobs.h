@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "core/execution.h"
+
 namespace backsight {
 
 /// What a job on the cluster is for.
@@ -46,6 +48,6 @@ void WriteSlurmResult(const std::string& work, const SlurmResult& result);
 /// Throws FolderInUse that names the jobs where some of those of jobs.json are queued or running,
 /// unless this process is the final one of them. Where Slurm cannot be asked and nothing says that
 /// they have ended, it throws too, unless `force`.
-void RequireNoJobs(const std::string& work, bool force);
+void RequireNoJobs(const std::string& work, bool force, const ExecutionContext& context);
 
 }  // namespace backsight

@@ -116,9 +116,10 @@ int RunProject(const RunArguments& arguments, const std::stop_token& stop, RunEv
   const std::string out = arguments.folders.OutDirectory();
   const std::string work = arguments.folders.WorkDirectory();
   RequireFreeNames(project, out);
-  if (arguments.final_job) AwaitSubmission(work);
-  const FolderLock lock(work);
-  RequireNoJobs(work, arguments.force);
+  // No such context may live when the run takes its threads.
+  const auto waiting = [&] { return ExecutionContext(1, kRunSeed, events->sink(), stop); };
+  const FolderLock lock = arguments.final_job ? LockWhenFree(work, waiting()) : FolderLock(work);
+  RequireNoJobs(work, arguments.force, waiting());
   std::optional<FolderLock> out_lock;  // another work folder may lead to the same results
   if (!fs::exists(out) || !fs::equivalent(out, work)) out_lock.emplace(out);
   RemoveTemporaries(project, out, work);

@@ -54,12 +54,12 @@ SlurmJobs Submit(const RunArguments& arguments, const SurveyProject& project,
   const SlurmSubmission submission = Describe(arguments, project);
   RequireFreeNames(project, submission.out);
   const FolderLock lock(submission.work);
-  RequireNoJobs(submission.work, arguments.force);
+  RequireNoJobs(submission.work, arguments.force, context);
   MakeDirectories(submission.out);
   RemoveTemporaries(project, submission.out, submission.work);
   RequireRoomOnDisks(project, submission, context);
   return SubmitSurvey(submission, static_cast<int>(project.stations.size()),
-                      CountPairShards(project, options));
+                      CountPairShards(project, options), context);
 }
 
 int Follow(const SlurmJobs& jobs, const std::string& work, const std::function<RunPlan()>& plan,

@@ -84,7 +84,7 @@ void PrintJobs(const std::string& work) {
   std::vector<QueuedJob> queued;
   std::string unknown;
   try {
-    queued = QueuedJobs(jobs->Ids());
+    queued = QueuedJobs(jobs->Ids(), ExecutionContext());
   } catch (const SlurmUnreachable& failure) {
     unknown = fmt::format("not known ({})", failure.what());
   }

@@ -34,7 +34,7 @@ SlurmSubmission NextSubmission(const WorkArguments& arguments, double memory_gb)
 void Coordinate(const WorkArguments& arguments, const ExecutionContext& context,
                 const SurveyProject& project, const SurveyOptions& options,
                 const ArtifactStore& store) {
-  AwaitSubmission(store.folder());
+  const FolderLock lock = LockWhenFree(store.folder(), context);
   const std::optional<SlurmJobs> jobs = ReadSlurmJobs(store.folder());
   if (!jobs || jobs->Final().empty()) return context.Info("no final job is waiting");
   const std::vector<Station> stations = LoadStations(project.stations, options, context, store);
@@ -46,7 +46,7 @@ void Coordinate(const WorkArguments& arguments, const ExecutionContext& context,
   if (missing == 0 || arguments.done == frontier.done) return;
   StoreBatch(frontier.missing, project, options, context, store);
   SubmitRound(NextSubmission(arguments, arguments.memory_gb.value_or(project.resources.memory_gb)),
-              *jobs, std::min(missing, kMostPairShards), frontier.done);
+              *jobs, std::min(missing, kMostPairShards), frontier.done, context);
 }
 
 /// Returns how many units failed.

@@ -1,0 +1,123 @@
+"""What is asked of Slurm's commands, and what becomes of answers that are late, odd or none: with
+programs of the test's own in place of sbatch, squeue, scancel and scontrol."""
+
+import json
+import os
+import pathlib
+import shutil
+import signal
+import subprocess
+import tempfile
+import time
+import unittest
+
+import campaign
+
+# Each writes its words down. sbatch counts ids up from 1; what else they do a test may add.
+FAKES = {
+    "sbatch": 'n=$(grep -c "^sbatch " "$FAKE/calls")\n%s\necho "$n"',
+    "squeue": '%s\ncat "$FAKE/queue"',
+    "scancel": "%s",
+    "scontrol": "%s",
+}
+
+
+class SlurmCommands(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.scratch = tempfile.TemporaryDirectory(prefix="backsight-slurm-commands-")
+        cls.addClassCleanup(cls.scratch.cleanup)
+        cls.folder = pathlib.Path(cls.scratch.name)
+        cls.project = cls.folder / "survey.yaml"
+        cls.text = campaign.simulate(cls.folder) + "resources: {threads: 1, memory_gb: 1}\n"
+        cls.work = cls.folder / "work"
+        cls.jobs = cls.work / "slurm" / "jobs.json"
+        cls.tools = cls.folder / "bin"
+        cls.tools.mkdir()
+        cls.environment = {"PATH": f"{cls.tools}:/usr/bin:/bin", "FAKE": str(cls.folder)}
+
+    def setUp(self):
+        for name in ("out", "work"):
+            shutil.rmtree(self.folder / name, ignore_errors=True)
+        self.project.write_text(self.text)
+        (self.folder / "calls").write_text("")
+        self.queue()
+        for name in FAKES:
+            self.fake(name)
+
+    def fake(self, name, more=""):
+        path = self.tools / name
+        path.write_text(f'#!/bin/sh\necho "{name} $*" >>"$FAKE/calls"\n{FAKES[name] % more}\n')
+        path.chmod(0o755)
+
+    def queue(self, *jobs):
+        """What squeue answers: jobs with their states."""
+        (self.folder / "queue").write_text("".join(f"{job}\n" for job in jobs))
+
+    def calls(self, name):
+        lines = (self.folder / "calls").read_text().splitlines()
+        return [line.removeprefix(name + " ") for line in lines if line.startswith(name + " ")]
+
+    def start(self, *arguments, **more):
+        return subprocess.Popen([campaign.PROGRAM, *arguments], env={**self.environment, **more},
+                                text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+
+    def backsight(self, *arguments, **more):
+        process = self.start(*arguments, **more)
+        stdout, stderr = process.communicate()
+        return subprocess.CompletedProcess(arguments, process.returncode, stdout, stderr)
+
+    def submit(self, *options):
+        return self.backsight("run", self.project, "--executor", "slurm", *options)
+
+    def write_jobs(self, *parts):
+        """Ids count up from 1."""
+        self.jobs.parent.mkdir(parents=True, exist_ok=True)
+        jobs = [{"id": str(i), "part": part, "tasks": 1} for i, part in enumerate(parts, 1)]
+        self.jobs.write_text(json.dumps({"schema_version": 1, "submitted_utc": "now",
+                                         "jobs": jobs}))
+
+    def ids(self):
+        return [job["id"] for job in json.loads(self.jobs.read_text())["jobs"]]
+
+    def wait_until(self, is_so):
+        end = time.monotonic() + 120
+        while not is_so():
+            self.assertLess(time.monotonic(), end)
+            time.sleep(0.02)
+
+    def interrupt_when(self, process, is_so):
+        """Ctrl-C; returns what the process printed. It must end by itself."""
+        try:
+            self.wait_until(is_so)
+            process.send_signal(signal.SIGINT)
+            return process.communicate(timeout=30)
+        except BaseException:
+            process.kill()
+            process.communicate()
+            raise
+
+    def test_jobs_wait_for_each_other(self):
+        run = self.submit("--slurm-options=-p cpu")
+        self.assertEqual((run.returncode, run.stdout), (0, "1 2 3\n"), run.stderr)
+        stations, pairs, final = self.calls("sbatch")
+        self.assertNotIn("--dependency", stations)
+        self.assertIn("--array=0-3", stations)
+        self.assertIn("--dependency=afterany:1", pairs)
+        self.assertIn("--dependency=afterany:2", final)
+        self.assertIn(" -p cpu ", final)
+
+    def test_ctrl_c_ends_a_submission_that_hangs(self):
+        """What was submitted is cancelled, and no command is left behind."""
+        self.fake("sbatch", 'if [ "$n" = 3 ]; then echo $$ >"$FAKE/hangs"; exec sleep 1000; fi')
+        run = self.start("run", self.project, "--executor", "slurm")
+        hangs = self.folder / "hangs"
+        _, stderr = self.interrupt_when(run, lambda: hangs.exists() and hangs.read_text())
+        self.assertEqual(run.returncode, 130, stderr)
+        self.assertFalse(os.path.exists(f"/proc/{hangs.read_text().strip()}"))
+        self.assertEqual(self.calls("scancel"), ["1 2"])
+        self.assertFalse(self.jobs.exists())
+
+
+if __name__ == "__main__":
+    unittest.main()
