@@ -1,6 +1,7 @@
 #include "pipeline/slurm_executor.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <chrono>
@@ -68,10 +69,18 @@ class Submitter {
     return jobs_.jobs.back().id;
   }
 
-  /// Cancels what was submitted here.
+  /// Cancels what was submitted here. Where Slurm does not do it, the jobs stay in jobs.json.
   void TakeBack() {
-    const std::vector<std::string> ids = jobs_.Ids();
-    CancelJobs({ids.begin() + static_cast<std::ptrdiff_t>(earlier_.jobs.size()), ids.end()});
+    const std::vector<std::string> all = jobs_.Ids();
+    const std::vector<std::string> ids(
+        all.begin() + static_cast<std::ptrdiff_t>(earlier_.jobs.size()), all.end());
+    try {
+      CancelJobs(ids);
+    } catch (const SlurmUnreachable& failure) {
+      return context_.Warning(fmt::format(
+          "jobs {0} had been submitted and could not be cancelled ({1}); cancel them: scancel {0}",
+          fmt::join(ids, " "), failure.what()));
+    }
     if (earlier_.jobs.empty()) return ForgetSlurmJobs(work_);
     WriteSlurmJobs(work_, earlier_);
   }

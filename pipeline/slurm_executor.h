@@ -27,7 +27,8 @@ struct SlurmSubmission {
 /// per station, an array of `shards` tasks that share the pairs, and the final run, which does
 /// whatever is left (docs/cluster.md). Where `shards` is 0 the pairs are found in rounds: a
 /// coordinator stands in the array's place. jobs.json is kept up to date throughout. If one is
-/// refused, or a stop is requested, those before it are cancelled. Throws as SubmitJob and
+/// refused, or a stop is requested, those before it are cancelled; where Slurm does not do that, a
+/// warning names them and they stay in jobs.json. Throws as SubmitJob and
 /// SbatchOptions do. The caller holds the lock of the work folder.
 SlurmJobs SubmitSurvey(const SlurmSubmission& submission, int stations, int shards,
                        const ExecutionContext& context);

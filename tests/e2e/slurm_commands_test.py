@@ -107,6 +107,29 @@ class SlurmCommands(unittest.TestCase):
         self.assertIn("--dependency=afterany:2", final)
         self.assertIn(" -p cpu ", final)
 
+    def test_jobs_before_a_refused_one_are_cancelled(self):
+        self.fake("sbatch", 'if [ "$n" = 3 ]; then echo "no such account" >&2; exit 1; fi')
+        run = self.submit()
+        self.assertEqual(run.returncode, 2, run.stderr)
+        self.assertIn("no such account", run.stderr)
+        self.assertEqual(self.calls("scancel"), ["1 2"])
+        self.assertFalse(self.jobs.exists())
+
+    def test_jobs_that_cannot_be_cancelled_are_not_forgotten(self):
+        self.fake("sbatch", 'if [ "$n" = 3 ]; then echo "no such account" >&2; exit 1; fi')
+        self.fake("scancel", 'echo "Unable to contact slurm controller" >&2; exit 1')
+        self.queue("1 RUNNING", "2 PENDING")
+        run = self.submit()
+        self.assertEqual(run.returncode, 2, run.stderr)
+        self.assertIn("cancel them: scancel 1 2", run.stderr)
+        self.assertEqual(self.ids(), ["1", "2"])
+        again = self.submit()
+        self.assertEqual(again.returncode, 75, again.stderr)
+        self.assertIn("scancel 1 2", again.stderr)
+        self.queue()  # they have ended meanwhile, which is no fault of scancel's
+        self.fake("sbatch")
+        self.assertEqual(self.submit().returncode, 0)
+
     def test_ctrl_c_ends_a_submission_that_hangs(self):
         """What was submitted is cancelled, and no command is left behind."""
         self.fake("sbatch", 'if [ "$n" = 3 ]; then echo $$ >"$FAKE/hangs"; exec sleep 1000; fi')
