@@ -130,6 +130,32 @@ std::string SubmitCoordinator(Submitter* submitter, const SlurmSubmission& submi
                            With(With(submitter->Arguments("work"), words), done));
 }
 
+/// Puts the next coordinator behind an array, and has the final job wait: first for the array, so
+/// that it never begins beside that, whatever happens to this process.
+void CloseRound(Submitter* submitter, const SlurmSubmission& submission, const std::string& array,
+                const std::vector<std::string>& done, const ExecutionContext& context) {
+  const std::string final = submitter->jobs().Final();
+  MakeJobWait(final, array, context);
+  MakeJobWait(final, SubmitCoordinator(submitter, submission, done, array), context);
+}
+
+/// Cancels what `body` has submitted if it fails.
+template <class Body>
+void AllOrNothing(Submitter* submitter, Body body) {
+  try {
+    body();
+  } catch (...) {
+    submitter->TakeBack();
+    throw;
+  }
+}
+
+bool IsWaiting(const std::string& job, const ExecutionContext& context) {
+  const std::vector<QueuedJob> queued = QueuedJobs({job}, context);
+  return std::any_of(queued.begin(), queued.end(),
+                     [](const auto& found) { return found.state == "PENDING"; });
+}
+
 /// Counts what is up to date.
 void ShowItems(const char* stage, const std::vector<PlanItem>& items,
                const ExecutionContext& context) {
@@ -208,7 +234,7 @@ void Sleep(std::chrono::milliseconds time, const ExecutionContext& context) {
 SlurmJobs SubmitSurvey(const SlurmSubmission& submission, int stations, int shards,
                        const ExecutionContext& context) {
   Submitter submitter(submission, context);
-  try {
+  AllOrNothing(&submitter, [&] {
     std::string last = submitter.Submit("stations", stations, "",
                                         With(submitter.Arguments("work"), {"--station"}));
     last = shards > 0 ? SubmitShards(&submitter, shards, last)
@@ -216,27 +242,42 @@ SlurmJobs SubmitSurvey(const SlurmSubmission& submission, int stations, int shar
     submitter.Submit("final", 0, last,
                      With(With(submitter.Arguments("run"), {"--executor", "local", "--final-job"}),
                           submission.final_words));
-  } catch (...) {
-    submitter.TakeBack();
-    throw;
-  }
+  });
   return submitter.jobs();
+}
+
+std::optional<SlurmJobs> JobsToContinue(const SlurmSubmission& submission, const std::string& own,
+                                        const ExecutionContext& context) {
+  const std::optional<SlurmJobs> jobs = ReadSlurmJobs(submission.work);
+  const auto begun = jobs ? jobs->After(own) : std::nullopt;
+  if (!begun || jobs->Final().empty() || !IsWaiting(jobs->Final(), context)) {
+    context.Info("no final job waits for this coordinator");
+    return std::nullopt;
+  }
+  if (begun->empty()) return jobs;
+  const bool whole = std::any_of(begun->begin(), begun->end(),
+                                 [](const SlurmJob& job) { return job.part == "coordinator"; });
+  context.Info("the next pairs are with other jobs already");
+  const std::string& last = begun->back().id;
+  if (whole) {
+    MakeJobWait(jobs->Final(), last, context);
+    return std::nullopt;
+  }
+  Submitter submitter(submission, context, *jobs);
+  AllOrNothing(&submitter, [&] { CloseRound(&submitter, submission, last, {}, context); });
+  return std::nullopt;
 }
 
 void SubmitRound(const SlurmSubmission& submission, const SlurmJobs& jobs, int shards,
                  std::size_t done, const ExecutionContext& context) {
   Submitter submitter(submission, context, jobs);
-  try {
-    std::string last =
+  AllOrNothing(&submitter, [&] {
+    const std::string array =
         submitter.Submit("pairs", shards, "",
                          With(submitter.Arguments("work"),
                               {"--batch", "--shards", std::to_string(shards), "--shard"}));
-    last = SubmitCoordinator(&submitter, submission, {"--done", std::to_string(done)}, last);
-    MakeJobWait(jobs.Final(), last, context);
-  } catch (...) {
-    submitter.TakeBack();
-    throw;
-  }
+    CloseRound(&submitter, submission, array, {"--done", std::to_string(done)}, context);
+  });
 }
 
 std::optional<SlurmResult> FollowJobs(const SlurmJobs& jobs, const std::string& work,

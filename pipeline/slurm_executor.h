@@ -33,8 +33,15 @@ struct SlurmSubmission {
 SlurmJobs SubmitSurvey(const SlurmSubmission& submission, int stations, int shards,
                        const ExecutionContext& context);
 
-/// For a coordinator, which is one of `jobs`: submits an array of `shards` tasks that make the
-/// attempts of the stored batch, and the next coordinator, for which the final job waits then.
+/// For a coordinator, which is the job `own`: the jobs of its run, where it has a round to begin.
+/// Nothing where the final job does not wait any more, or where this coordinator has begun its
+/// round before, when Slurm started it the last time; what lacks of that round is submitted then.
+/// The caller holds the lock of the work folder from here on until the round is submitted.
+std::optional<SlurmJobs> JobsToContinue(const SlurmSubmission& submission, const std::string& own,
+                                        const ExecutionContext& context);
+
+/// Submits an array of `shards` tasks that make the attempts of the stored batch, and the next
+/// coordinator; the final job waits for each as soon as it is there. `jobs`: those of the run.
 /// `done`: attempts that are stored so far.
 void SubmitRound(const SlurmSubmission& submission, const SlurmJobs& jobs, int shards,
                  std::size_t done, const ExecutionContext& context);

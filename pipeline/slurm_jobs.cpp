@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "io/atomic_file.h"
@@ -67,6 +69,15 @@ std::string SlurmJobs::Final() const {
     if (job.part == "final") return job.id;
   }
   return "";
+}
+
+std::optional<std::vector<SlurmJob>> SlurmJobs::After(const std::string& id) const {
+  auto job = std::find_if(jobs.begin(), jobs.end(), [&](const auto& j) { return j.id == id; });
+  if (job == jobs.end()) return std::nullopt;
+  std::vector<SlurmJob> after;
+  std::copy_if(std::next(job), jobs.end(), std::back_inserter(after),
+               [](const SlurmJob& j) { return j.part != "final"; });
+  return after;
 }
 
 std::string SlurmFolder(const std::string& work) { return (fs::path(work) / "slurm").string(); }

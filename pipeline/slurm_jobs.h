@@ -24,6 +24,8 @@ struct SlurmJobs {
   std::string IdsText() const;  ///< with blanks between
   /// The final job's id; empty while none is submitted.
   std::string Final() const;
+  /// Those submitted after `id`, but for the final job; nothing where `id` is none of the jobs.
+  std::optional<std::vector<SlurmJob>> After(const std::string& id) const;
 };
 
 /// Where a work folder keeps what concerns the cluster: work/slurm.

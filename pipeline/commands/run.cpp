@@ -122,7 +122,9 @@ int RunProject(const RunArguments& arguments, const std::stop_token& stop, RunEv
   RequireNoJobs(work, arguments.force, waiting());
   std::optional<FolderLock> out_lock;  // another work folder may lead to the same results
   if (!fs::exists(out) || !fs::equivalent(out, work)) out_lock.emplace(out);
-  RemoveTemporaries(project, out, work);
+  // Tasks of a submission may still be writing; its start has cleared the work folder.
+  if (!arguments.final_job) RemoveHalfWrittenArtifacts(work);
+  RemoveTemporaries(project, out);
 
   ProgressFile progress(work);
   EventFanOut sinks({events->sink(), &progress});

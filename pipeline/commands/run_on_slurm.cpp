@@ -56,7 +56,8 @@ SlurmJobs Submit(const RunArguments& arguments, const SurveyProject& project,
   const FolderLock lock(submission.work);
   RequireNoJobs(submission.work, arguments.force, context);
   MakeDirectories(submission.out);
-  RemoveTemporaries(project, submission.out, submission.work);
+  RemoveHalfWrittenArtifacts(submission.work);
+  RemoveTemporaries(project, submission.out);
   RequireRoomOnDisks(project, submission, context);
   return SubmitSurvey(submission, static_cast<int>(project.stations.size()),
                       CountPairShards(project, options), context);

@@ -4,6 +4,7 @@ programs of the test's own in place of sbatch, squeue, scancel and scontrol."""
 import json
 import os
 import pathlib
+import re
 import shutil
 import signal
 import subprocess
@@ -129,6 +130,78 @@ class SlurmCommands(unittest.TestCase):
         self.queue()  # they have ended meanwhile, which is no fault of scancel's
         self.fake("sbatch")
         self.assertEqual(self.submit().returncode, 0)
+
+    def coordinate(self, job="2"):
+        self.project.write_text(self.text + "pair_selection: {strategy: grow}\n")
+        return self.backsight("work", self.project, "--coordinate", SLURM_JOB_ID=job)
+
+    def dependencies(self):
+        """Of the jobs that were submitted, and what else the final job was told to wait for."""
+        submitted = [re.search(r"--dependency=afterany:(\d+)", call) for call in
+                     self.calls("sbatch")]
+        return [found and found[1] for found in submitted], self.calls("scontrol")
+
+    def test_a_round_begins_and_the_final_job_waits_for_each_of_its_jobs(self):
+        self.write_jobs("stations", "coordinator", "final")
+        (self.folder / "calls").write_text("sbatch of before\n" * 3)
+        self.queue("2 RUNNING", "3 PENDING")
+        run = self.coordinate()
+        self.assertEqual(run.returncode, 0, run.stderr)
+        calls = [line.split()[0] for line in (self.folder / "calls").read_text().splitlines()]
+        self.assertEqual([call for call in calls[3:] if call != "squeue"],
+                         ["sbatch", "scontrol", "sbatch", "scontrol"])
+        self.assertEqual(self.dependencies(),
+                         ([None] * 4 + ["4"], ["update JobId=3 Dependency=afterany:4",
+                                               "update JobId=3 Dependency=afterany:5"]))
+        self.assertEqual(self.ids(), ["1", "2", "3", "4", "5"])
+
+    def test_a_coordinator_that_is_started_again_begins_no_second_round(self):
+        for jobs, submitted, waits_for in (
+                (["pairs"], ["4"], ["4", "5"]),
+                (["pairs", "coordinator"], [], ["5"]),
+                (["pairs", "coordinator", "pairs", "coordinator"], [], ["7"])):
+            with self.subTest(jobs=jobs):
+                self.setUp()
+                self.write_jobs("stations", "coordinator", "final", *jobs)
+                (self.folder / "calls").write_text("sbatch of before\n" * (3 + len(jobs)))
+                self.queue("2 RUNNING", "3 PENDING")
+                run = self.coordinate()
+                self.assertEqual(run.returncode, 0, run.stderr)
+                ids, told = self.dependencies()
+                self.assertEqual(ids[3 + len(jobs):], submitted)
+                self.assertEqual(told, [f"update JobId=3 Dependency=afterany:{job}"
+                                        for job in waits_for])
+
+    def test_a_coordinator_begins_nothing_when_no_final_job_waits(self):
+        for final in ([], ["3 RUNNING"]):
+            self.setUp()
+            self.write_jobs("stations", "coordinator", "final")
+            self.queue("2 RUNNING", *final)
+            run = self.coordinate()
+            self.assertEqual(run.returncode, 0, run.stderr)
+            self.assertEqual(self.dependencies(), ([], []))
+
+    def test_a_round_that_fails_is_taken_back(self):
+        self.write_jobs("stations", "coordinator", "final")
+        (self.folder / "calls").write_text("sbatch of before\n" * 3)
+        self.queue("2 RUNNING", "3 PENDING")
+        self.fake("scontrol", "exit 1")
+        run = self.coordinate()
+        self.assertEqual(run.returncode, 75, run.stderr)
+        self.assertEqual(self.calls("scancel"), ["4"])
+        self.assertEqual(self.ids(), ["1", "2", "3"])
+
+    def test_the_final_job_leaves_alone_what_tasks_may_be_writing(self):
+        self.write_jobs("final")
+        half = self.work / "stations" / "S1" / "station.artifact.tmp-123-1"
+        half.parent.mkdir(parents=True)
+        half.write_text("half")
+        run = self.backsight("run", self.project, "--final-job", "--quiet", SLURM_JOB_ID="1")
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertTrue(half.exists())
+        run = self.backsight("run", self.project, "--quiet")
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertFalse(half.exists())
 
     def test_ctrl_c_ends_a_submission_that_hangs(self):
         """What was submitted is cancelled, and no command is left behind."""
