@@ -1,13 +1,10 @@
 #pragma once
 
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "core/execution.h"
-#include "io/folder_lock.h"
-#include "pipeline/run_plan.h"
 #include "pipeline/slurm_jobs.h"
 
 namespace backsight {
@@ -45,17 +42,5 @@ std::optional<SlurmJobs> JobsToContinue(const SlurmSubmission& submission, const
 /// `done`: attempts that are stored so far.
 void SubmitRound(const SlurmSubmission& submission, const SlurmJobs& jobs, int shards,
                  std::size_t done, const ExecutionContext& context);
-
-/// Follows the jobs until the final one has ended, and tells `context` how far they are: by `plan`
-/// (what is up to date now), then by what the final run tells; that Slurm does not answer for
-/// minutes is a warning. Nothing where the final job ended without a result. Throws Interrupted
-/// when a stop is requested; the jobs go on then.
-std::optional<SlurmResult> FollowJobs(const SlurmJobs& jobs, const std::string& work,
-                                      const std::function<RunPlan()>& plan,
-                                      const ExecutionContext& context);
-
-/// For the jobs of a submission: takes the lock of the work folder once whoever submits has freed
-/// it. Throws FolderInUse where that takes more than a minute.
-FolderLock LockWhenFree(const std::string& work, const ExecutionContext& context);
 
 }  // namespace backsight

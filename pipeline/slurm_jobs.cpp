@@ -4,13 +4,14 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "io/atomic_file.h"
-#include "io/folder_lock.h"
 #include "pipeline/slurm_client.h"
 
 namespace backsight {
@@ -131,6 +132,16 @@ void RequireNoJobs(const std::string& work, bool force, const ExecutionContext& 
       "{} is in use: jobs {} are queued or running, submitted at {}; wait for their end, or cancel "
       "them: scancel {}",
       work, jobs->IdsText(), jobs->submitted_utc, jobs->IdsText()));
+}
+
+FolderLock LockWhenFree(const std::string& work, const ExecutionContext& context) {
+  using Clock = std::chrono::steady_clock;
+  const auto patient_until = Clock::now() + std::chrono::seconds(60);
+  while (HolderOf(work) && Clock::now() < patient_until) {
+    context.CheckStop();
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  }
+  return FolderLock(work);
 }
 
 }  // namespace backsight

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/execution.h"
+#include "io/folder_lock.h"
 
 namespace backsight {
 
@@ -51,5 +52,9 @@ void WriteSlurmResult(const std::string& work, const SlurmResult& result);
 /// unless this process is the final one of them. Where Slurm cannot be asked and nothing says that
 /// they have ended, it throws too, unless `force`.
 void RequireNoJobs(const std::string& work, bool force, const ExecutionContext& context);
+
+/// For the jobs of a submission: takes the lock of the work folder once whoever submits has freed
+/// it. Throws FolderInUse where that takes more than a minute.
+FolderLock LockWhenFree(const std::string& work, const ExecutionContext& context);
 
 }  // namespace backsight

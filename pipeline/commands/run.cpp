@@ -24,7 +24,7 @@
 #include "pipeline/run_events.h"
 #include "pipeline/run_outputs.h"
 #include "pipeline/slurm_client.h"
-#include "pipeline/slurm_executor.h"
+#include "pipeline/slurm_jobs.h"
 #include "pipeline/stop_signal.h"
 #include "pipeline/survey_pipeline.h"
 #include "pipeline/version.h"

@@ -16,6 +16,7 @@
 #include "pipeline/run_outputs.h"
 #include "pipeline/run_plan.h"
 #include "pipeline/slurm_executor.h"
+#include "pipeline/slurm_following.h"
 #include "pipeline/stop_signal.h"
 #include "pipeline/survey_pipeline.h"
 
