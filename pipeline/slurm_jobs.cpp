@@ -55,6 +55,11 @@ std::string Text(const json& root) {
   return root.dump(2, ' ', false, json::error_handler_t::replace) + "\n";
 }
 
+void Remove(const std::string& work, const char* name) {
+  std::error_code error;
+  fs::remove(PathIn(work, name), error);
+}
+
 }  // namespace
 
 std::vector<std::string> SlurmJobs::Ids() const {
@@ -97,10 +102,7 @@ void WriteSlurmJobs(const std::string& work, const SlurmJobs& jobs) {
       Text({{"schema_version", 1}, {"submitted_utc", jobs.submitted_utc}, {"jobs", list}}));
 }
 
-void ForgetSlurmJobs(const std::string& work) {
-  std::error_code error;
-  fs::remove(PathIn(work, "jobs.json"), error);
-}
+void ForgetSlurmJobs(const std::string& work) { Remove(work, "jobs.json"); }
 
 std::optional<SlurmResult> ReadSlurmResult(const std::string& work, const std::string& job) {
   auto result = ReadJson(PathIn(work, "result.json"), ResultFrom);
@@ -113,6 +115,8 @@ void WriteSlurmResult(const std::string& work, const SlurmResult& result) {
                                                    {"exit_code", result.exit_code},
                                                    {"summary", result.summary}}));
 }
+
+void ForgetSlurmResult(const std::string& work) { Remove(work, "result.json"); }
 
 void RequireNoJobs(const std::string& work, bool force, const ExecutionContext& context) {
   const std::optional<SlurmJobs> jobs = ReadSlurmJobs(work);

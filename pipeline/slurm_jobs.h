@@ -47,6 +47,7 @@ struct SlurmResult {
 /// Kept in work/slurm/result.json. Absent where that is missing, damaged, or of another job.
 std::optional<SlurmResult> ReadSlurmResult(const std::string& work, const std::string& job);
 void WriteSlurmResult(const std::string& work, const SlurmResult& result);
+void ForgetSlurmResult(const std::string& work);
 
 /// Throws FolderInUse that names the jobs where some of those of jobs.json are queued or running,
 /// unless this process is the final one of them. Where Slurm cannot be asked and nothing says that

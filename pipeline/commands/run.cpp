@@ -120,6 +120,12 @@ int RunProject(const RunArguments& arguments, const std::stop_token& stop, RunEv
   const auto waiting = [&] { return ExecutionContext(1, kRunSeed, events->sink(), stop); };
   const FolderLock lock = arguments.final_job ? LockWhenFree(work, waiting()) : FolderLock(work);
   RequireNoJobs(work, arguments.force, waiting());
+  // What earlier jobs left must be told apart from what this run leaves.
+  if (arguments.final_job) {
+    ForgetSlurmResult(work);
+  } else {
+    ForgetSlurmJobs(work);
+  }
   std::optional<FolderLock> out_lock;  // another work folder may lead to the same results
   if (!fs::exists(out) || !fs::equivalent(out, work)) out_lock.emplace(out);
   // Tasks of a submission may still be writing; its start has cleared the work folder.
