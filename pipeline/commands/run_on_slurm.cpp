@@ -70,10 +70,10 @@ int Follow(const SlurmJobs& jobs, const std::string& work, const std::function<R
     const std::optional<SlurmResult> result = FollowJobs(jobs, work, plan, context);
     if (result) return events->End(result->exit_code, result->summary, "");
   } catch (const Interrupted&) {
-    return events->End(
-        StopSignal() == SIGTERM ? kTerminated : kInterrupted,
-        fmt::format("Interrupted: the jobs {} go on without being followed.", jobs.IdsText()),
-        fmt::format(" To cancel them: scancel {}", jobs.IdsText()));
+    const std::string ids = ReadSlurmJobs(work).value_or(jobs).IdsText();  // rounds have added some
+    return events->End(StopSignal() == SIGTERM ? kTerminated : kInterrupted,
+                       fmt::format("Interrupted: the jobs {} go on without being followed.", ids),
+                       fmt::format(" To cancel them: scancel {}", ids));
   }
   return events->End(
       kTryAgain, fmt::format("Failed: the final job {} ended without a result.", jobs.Final()),

@@ -131,6 +131,50 @@ class SlurmCommands(unittest.TestCase):
         self.fake("sbatch")
         self.assertEqual(self.submit().returncode, 0)
 
+    def test_interrupted_wait_names_the_jobs_of_all_rounds(self):
+        self.queue("3 PENDING")
+        follower = self.start("run", self.project, "--executor", "slurm", "--wait")
+        self.wait_until(lambda: self.calls("squeue"))
+        self.write_jobs("stations", "coordinator", "final", "pairs", "coordinator")
+        stdout, stderr = self.interrupt_when(follower, lambda: True)
+        self.assertEqual(follower.returncode, 130, stderr)
+        self.assertTrue(stdout.endswith("To cancel them: scancel 1 2 3 4 5\n"), stdout)
+
+    def test_a_run_that_may_begin_forgets_the_jobs(self):
+        self.write_jobs("stations", "pairs", "final")
+        (self.tools / "squeue").unlink()
+        refused = self.backsight("run", self.project, "--quiet")
+        self.assertEqual(refused.returncode, 75, refused.stderr)
+        self.assertIn("--force", refused.stderr)
+        for more in (["--force"], []):
+            run = self.backsight("run", self.project, "--quiet", *more)
+            self.assertEqual(run.returncode, 0, run.stderr)
+            self.assertFalse(self.jobs.exists())
+
+    def test_a_final_job_that_is_started_again_forgets_its_result(self):
+        self.write_jobs("final")
+        result = self.jobs.parent / "result.json"
+        result.write_text('{"schema_version": 1, "job": "1", "exit_code": 75, "summary": "old"}')
+        run = self.start("run", self.project, "--final-job", SLURM_JOB_ID="1")
+        self.interrupt_when(run, lambda: not result.exists())
+        self.assertEqual(run.returncode, 130)
+        self.assertFalse(result.exists())
+
+    def test_status_says_whether_jobs_are_going(self):
+        def status():
+            return self.backsight("status", self.project).stdout
+
+        self.assertIn("courtyard: no run is going\n", status())
+        self.write_jobs("stations", "pairs", "final")
+        self.queue("1 RUNNING", "1 RUNNING", "3 PENDING")
+        self.assertRegex(status(), "courtyard: jobs are going\nSlurm jobs, submitted at now:\n"
+                                   r"  1 stations, 1 task\(s\): 2 RUNNING\n  2 pairs, .* ended\n"
+                                   r"  3 final, 1 task\(s\): 1 PENDING\n")
+        self.queue()
+        self.assertIn("courtyard: no run is going\n", status())
+        self.fake("squeue", "exit 1")
+        self.assertIn("courtyard: it is not known whether jobs are going\n", status())
+
     def coordinate(self, job="2"):
         self.project.write_text(self.text + "pair_selection: {strategy: grow}\n")
         return self.backsight("work", self.project, "--coordinate", SLURM_JOB_ID=job)
