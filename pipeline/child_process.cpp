@@ -8,8 +8,10 @@
 
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <csignal>
 #include <cstring>
+#include <thread>
 
 #include "core/error.h"
 
@@ -70,13 +72,47 @@ class SpawnSettings {
   posix_spawn_file_actions_t files{};
 };
 
+/// A running program, the first of its process group. All of the group are killed where nobody has
+/// waited for its end.
+class Child {
+ public:
+  explicit Child(pid_t process) : process_(process) {}
+  ~Child() {
+    if (ended_) return;
+    ::kill(-process_, SIGKILL);
+    while (::waitpid(process_, nullptr, 0) < 0 && errno == EINTR) {
+    }
+  }
+  Child(const Child&) = delete;
+  Child& operator=(const Child&) = delete;
+
+  /// Returns its exit code.
+  int Wait(const ExecutionContext& context) {
+    int status = 0;
+    while (::waitpid(process_, &status, WNOHANG) != process_) {
+      context.CheckStop();
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
+    ended_ = true;
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  }
+
+ private:
+  const pid_t process_;
+  bool ended_ = false;
+};
+
 /// Appends what comes until both ends are closed.
-void ReadBoth(int out, int err, ProgramEnd* end) {
+void ReadBoth(int out, int err, const ExecutionContext& context, ProgramEnd* end) {
+  constexpr int kPauseMs = 100;
   std::array<pollfd, 2> sources{{{out, POLLIN, 0}, {err, POLLIN, 0}}};
   const std::array<std::string*, 2> texts{&end->out, &end->err};
   std::array<char, 4096> buffer{};
   while (sources[0].fd >= 0 || sources[1].fd >= 0) {
-    if (::poll(sources.data(), sources.size(), -1) < 0 && errno != EINTR) return;
+    context.CheckStop();
+    const int ready = ::poll(sources.data(), sources.size(), kPauseMs);
+    if (ready < 0 && errno != EINTR) return;
+    if (ready <= 0) continue;
     for (std::size_t i = 0; i < sources.size(); ++i) {
       if (sources[i].fd < 0 || sources[i].revents == 0) continue;
       const ssize_t size = ::read(sources[i].fd, buffer.data(), buffer.size());
@@ -88,7 +124,7 @@ void ReadBoth(int out, int err, ProgramEnd* end) {
 
 }  // namespace
 
-ProgramEnd RunProgram(const std::vector<std::string>& words) {
+ProgramEnd RunProgram(const std::vector<std::string>& words, const ExecutionContext& context) {
   std::vector<char*> arguments;
   arguments.reserve(words.size() + 1);
   for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
@@ -104,13 +140,11 @@ ProgramEnd RunProgram(const std::vector<std::string>& words) {
     end.fault = std::strerror(failure);
     return end;
   }
+  Child child(process);
   out.CloseWriting();
   err.CloseWriting();
-  ReadBoth(out.reading(), err.reading(), &end);
-  int status = 0;
-  while (::waitpid(process, &status, 0) < 0 && errno == EINTR) {
-  }
-  end.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  ReadBoth(out.reading(), err.reading(), context, &end);
+  end.exit_code = child.Wait(context);
   return end;
 }
 

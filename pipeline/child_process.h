@@ -3,6 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "core/execution.h"
+
 namespace backsight {
 
 /// How another program ended.
@@ -15,7 +17,9 @@ struct ProgramEnd {
 
 /// Runs the program `words[0]`, found by PATH, with the other words as its arguments, and waits for
 /// its end. No shell is involved: words may hold anything but zero bytes. The program reads
-/// nothing, and a Ctrl-C meant for this process does not reach it.
-ProgramEnd RunProgram(const std::vector<std::string>& words);
+/// nothing, and a Ctrl-C meant for this process does not reach it: where CheckStop of `context`,
+/// which is asked ten times a second, throws Interrupted or OverTimeLimit, the program and what it
+/// started are killed, and the exception passes on.
+ProgramEnd RunProgram(const std::vector<std::string>& words, const ExecutionContext& context);
 
 }  // namespace backsight

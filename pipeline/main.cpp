@@ -37,6 +37,15 @@ void AddSlurm(CLI::App* run, RunArguments* arguments) {
   run->add_flag("--final-job", arguments->final_job)->group("");
 }
 
+/// What only jobs of a cluster could heed must not be lost silently.
+void RequireSlurmFor(const RunArguments& arguments) {
+  if (arguments.executor == Executor::kSlurm) return;
+  if (arguments.wait) throw CLI::ValidationError("--wait", "give it with --executor slurm");
+  if (!arguments.slurm_options.empty()) {
+    throw CLI::ValidationError("--slurm-options", "give it with --executor slurm");
+  }
+}
+
 /// Defines a command; `code` receives its exit code when the command line names it.
 void AddRun(CLI::App& app, int* code) {
   auto arguments = std::make_shared<RunArguments>();
@@ -51,7 +60,10 @@ void AddRun(CLI::App& app, int* code) {
   CLI::Option* quiet = command->add_flag("--quiet", arguments->quiet, "no progress, only warnings");
   command->add_flag("--verbose", arguments->verbose, "details of every step")->excludes(quiet);
   AddSlurm(command, arguments.get());
-  command->callback([=] { *code = RunCommand(*arguments); });
+  command->callback([=] {
+    RequireSlurmFor(*arguments);
+    *code = RunCommand(*arguments);
+  });
 }
 
 /// For the jobs of a submission alone.

@@ -74,19 +74,6 @@ void RemoveTemporariesIn(const fs::path& folder,
   }
 }
 
-/// Of artifacts, which lie two folders deep at most.
-void RemoveHalfWrittenArtifacts(const fs::path& work) {
-  const auto any = [](const std::string&) { return true; };
-  for (const char* name : {"scans", "stations", "pairs", "network", "outputs", "slurm"}) {
-    RemoveTemporariesIn(work / name, any);
-    std::error_code error;
-    for (fs::directory_iterator entry(work / name, error), end; !error && entry != end;
-         entry.increment(error)) {
-      if (entry->is_directory(error)) RemoveTemporariesIn(entry->path(), any);
-    }
-  }
-}
-
 class StaleClouds {
  public:
   StaleClouds(const SurveyProject& project, const std::vector<WrittenCloud>& earlier,
@@ -164,9 +151,20 @@ std::string UsualWorkDirectory(const std::string& project_path) {
   return (fs::path(project_path).parent_path() / "work").string();
 }
 
-void RemoveTemporaries(const SurveyProject& project, const std::string& out_directory,
-                       const std::string& work_directory) {
-  RemoveHalfWrittenArtifacts(work_directory);
+void RemoveHalfWrittenArtifacts(const std::string& work_directory) {
+  const auto any = [](const std::string&) { return true; };
+  for (const char* name : {"scans", "stations", "pairs", "network", "outputs", "slurm"}) {
+    const fs::path folder = fs::path(work_directory) / name;
+    RemoveTemporariesIn(folder, any);
+    std::error_code error;
+    for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
+         entry.increment(error)) {  // they lie two folders deep at most
+      if (entry->is_directory(error)) RemoveTemporariesIn(entry->path(), any);
+    }
+  }
+}
+
+void RemoveTemporaries(const SurveyProject& project, const std::string& out_directory) {
   const std::set<std::string> reports = {"poses.csv",   "poses.json",  "links.csv",
                                          "report.json", "report.html", "manifest.json"};
   RemoveTemporariesIn(out_directory, [&](const std::string& target) {

@@ -16,9 +16,11 @@ std::string UsualOutDirectory(const std::string& project_path);
 /// Where finished work is kept unless the command line says otherwise: work/ beside the project.
 std::string UsualWorkDirectory(const std::string& project_path);
 
-/// Removes what a killed run left half written under names of this project.
-void RemoveTemporaries(const SurveyProject& project, const std::string& out_directory,
-                       const std::string& work_directory);
+/// Removes what a killed run left half written of outputs of this project.
+void RemoveTemporaries(const SurveyProject& project, const std::string& out_directory);
+
+/// Removes half written artifacts. Nobody else may be writing some.
+void RemoveHalfWrittenArtifacts(const std::string& work_directory);
 
 /// The merged clouds a run writes: those of the project, where it does not say merged.las in
 /// `out_directory`.

@@ -1,5 +1,7 @@
 #include "pipeline/pair_shards.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <atomic>
 #include <set>
@@ -61,18 +63,36 @@ std::vector<PairTask> ShareOf(const std::vector<PairTask>& tasks, const PairShar
   return share;
 }
 
-/// False where that failed.
-bool MakeAttempt(const PairUnits& units, const PairTask& task) {
+/// How an attempt ended.
+enum class AttemptEnd : char { kStored, kFailed, kShortOfMemory };
+
+AttemptEnd MakeAttempt(const PairUnits& units, const PairTask& task) {
   units.context().CheckStop();
   const std::vector<Station>& stations = units.stations();
-  if (!stations[At(task.source)].usable() || !stations[At(task.target)].usable()) return false;
+  if (!stations[At(task.source)].usable() || !stations[At(task.target)].usable()) {
+    return AttemptEnd::kFailed;
+  }
   Pair pair;
   pair.source = task.source;
   pair.target = task.target;
   RestorePair(task.before, &pair);
   pair.digest = task.digest;
-  units.Register(task.method, task.predicted, &pair);
-  return pair.fault.empty();
+  if (units.Register(task.method, task.predicted, &pair)) return AttemptEnd::kStored;
+  return pair.short_of_memory ? AttemptEnd::kShortOfMemory : AttemptEnd::kFailed;
+}
+
+/// Attempts that found no memory beside others, one after the other.
+void RetryAlone(const PairUnits& units, const std::vector<PairTask>& tasks,
+                std::vector<AttemptEnd>* ends) {
+  for (std::size_t i = 0; i < tasks.size(); ++i) {
+    AttemptEnd& end = (*ends)[i];
+    if (end != AttemptEnd::kShortOfMemory) continue;
+    end = MakeAttempt(units, tasks[i]);
+    if (end != AttemptEnd::kShortOfMemory) continue;
+    const auto id = [&](int station) { return units.stations()[At(station)].spec.id; };
+    units.context().Warning(
+        fmt::format("pair {} {}: {}", id(tasks[i].source), id(tasks[i].target), kShortOfMemory));
+  }
 }
 
 /// Returns how many failed.
@@ -84,13 +104,15 @@ int MakeAttempts(const std::vector<PairTask>& tasks, const SurveyProject& projec
   const std::vector<Station> stations = LoadSome(project.stations, wanted, options, context, store);
   const PairUnits units(stations, options, context, store, project.resources.pair_limit_s);
   std::atomic<std::size_t> done = 0;
-  std::atomic<int> failed = 0;
+  std::vector<AttemptEnd> ends(tasks.size());
   context.Progress("pairs", 0, tasks.size());
   context.ParallelFor(tasks.size(), [&](std::size_t i) {
-    if (!MakeAttempt(units, tasks[i])) ++failed;
+    ends[i] = MakeAttempt(units, tasks[i]);
     context.Progress("pairs", ++done, tasks.size());
   });
-  return failed;
+  RetryAlone(units, tasks, &ends);
+  return static_cast<int>(std::count_if(ends.begin(), ends.end(),
+                                        [](AttemptEnd end) { return end != AttemptEnd::kStored; }));
 }
 
 ArtifactKey BatchKey(const SurveyProject& project, const SurveyOptions& options,

@@ -23,9 +23,10 @@ inline constexpr int kMostPairShards = 200;
 /// are registered (IsExhaustive is false), so that they cannot be told beforehand.
 int CountPairShards(const SurveyProject& project, const SurveyOptions& options);
 
-/// Registers the shard's pairs fully and stores what comes of it, as the run of an exhaustive
-/// campaign does; what is stored already is not done again. Only the stations of the shard are
-/// loaded. Returns how many pairs could not be registered.
+/// Registers the shard's pairs in full, as the run of an exhaustive campaign does first, and stores
+/// what comes of it; what is stored already is not done again. Second tries and registrations from
+/// predicted poses, which need the network of all pairs, are left to the run. Only the stations of
+/// the shard are loaded. Returns how many pairs could not be registered.
 int RegisterPairShard(const SurveyProject& project, const SurveyOptions& options,
                       const PairShard& shard, const ExecutionContext& context,
                       const ArtifactStore& store);

@@ -15,6 +15,16 @@
 namespace backsight {
 namespace {
 
+/// Runs one of Slurm's commands; they answer within seconds.
+ProgramEnd Ask(const std::vector<std::string>& words, const ExecutionContext& context) {
+  constexpr double kPatienceS = 60.0;
+  try {
+    return RunProgram(words, context.WithTimeLimit(kPatienceS));
+  } catch (const OverTimeLimit&) {
+    throw SlurmUnreachable(fmt::format("{}: no answer within {:g} s", words.front(), kPatienceS));
+  }
+}
+
 /// On one line, for a message.
 std::string Said(const ProgramEnd& end) {
   if (!end.fault.empty()) return end.fault;
@@ -64,8 +74,8 @@ std::optional<int> NumberFrom(const char* variable) {
 
 }  // namespace
 
-std::string SubmitJob(const SlurmRequest& request) {
-  const ProgramEnd end = RunProgram(SbatchWords(request));
+std::string SubmitJob(const SlurmRequest& request, const ExecutionContext& context) {
+  const ProgramEnd end = Ask(SbatchWords(request), context);
   if (end.exit_code != 0 && IsUnreachable(end)) throw SlurmUnreachable("sbatch: " + Said(end));
   const std::string id = end.out.substr(0, end.out.find_first_of(";\n"));  // "ID;CLUSTER"
   const bool is_id =
@@ -81,18 +91,24 @@ void CancelJobs(const std::vector<std::string>& ids) {
   if (ids.empty()) return;
   std::vector<std::string> words = {"scancel"};
   words.insert(words.end(), ids.begin(), ids.end());
-  RunProgram(words);
+  const ExecutionContext whatever_is_requested;
+  const ProgramEnd end = Ask(words, whatever_is_requested);
+  if (end.exit_code == 0 || QueuedJobs(ids, whatever_is_requested).empty()) return;
+  throw SlurmUnreachable("scancel: " + Said(end));
 }
 
-void MakeJobWait(const std::string& job, const std::string& after) {
+void MakeJobWait(const std::string& job, const std::string& after,
+                 const ExecutionContext& context) {
   const ProgramEnd end =
-      RunProgram({"scontrol", "update", "JobId=" + job, "Dependency=afterany:" + after});
+      Ask({"scontrol", "update", "JobId=" + job, "Dependency=afterany:" + after}, context);
   if (end.exit_code != 0) throw SlurmUnreachable("scontrol: " + Said(end));
 }
 
-std::vector<QueuedJob> QueuedJobs(const std::vector<std::string>& ids) {
-  const ProgramEnd end = RunProgram({"squeue", "--noheader", "--array", "--format=%F %T",
-                                     fmt::format("--jobs={}", fmt::join(ids, ","))});
+std::vector<QueuedJob> QueuedJobs(const std::vector<std::string>& ids,
+                                  const ExecutionContext& context) {
+  const ProgramEnd end = Ask({"squeue", "--noheader", "--array", "--format=%F %T",
+                              fmt::format("--jobs={}", fmt::join(ids, ","))},
+                             context);
   if (end.exit_code != 0 && Says(end, "Invalid job id")) return {};  // forgotten: ended long ago
   if (end.exit_code != 0) throw SlurmUnreachable("squeue: " + Said(end));
   std::vector<QueuedJob> jobs;

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "core/execution.h"
+
 namespace backsight {
 
 /// A job, or an array of tasks, for Slurm.
@@ -20,7 +22,7 @@ struct SlurmRequest {
   std::vector<std::string> command;  ///< the program and its arguments
 };
 
-/// Slurm does not answer now; it may later.
+/// Slurm does not answer now, or one of its commands not within a minute; it may later.
 class SlurmUnreachable : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -28,14 +30,16 @@ class SlurmUnreachable : public std::runtime_error {
 
 /// Submits by sbatch and returns the job's id. Throws InputError where there is no sbatch or it
 /// refuses the job, with what it said, and SlurmUnreachable where the controller does not answer.
-std::string SubmitJob(const SlurmRequest& request);
+/// A stop that `context` requests, here and below, ends the command and throws Interrupted.
+std::string SubmitJob(const SlurmRequest& request, const ExecutionContext& context);
 
-/// Cancels jobs; none that has ended is a fault.
+/// Cancels jobs, whatever stop is requested; none that has ended is a fault. Throws
+/// SlurmUnreachable where scancel does not do it.
 void CancelJobs(const std::vector<std::string>& ids);
 
 /// Has a pending job wait for the end of another one instead of what it waits for now. Throws
 /// SlurmUnreachable where scontrol does not do it.
-void MakeJobWait(const std::string& job, const std::string& after);
+void MakeJobWait(const std::string& job, const std::string& after, const ExecutionContext& context);
 
 /// A job, or a task of an array, that has not ended.
 struct QueuedJob {
@@ -45,7 +49,8 @@ struct QueuedJob {
 
 /// Those of the jobs that have not ended, one entry per task. Throws SlurmUnreachable where squeue
 /// cannot be asked, with what it said.
-std::vector<QueuedJob> QueuedJobs(const std::vector<std::string>& ids);
+std::vector<QueuedJob> QueuedJobs(const std::vector<std::string>& ids,
+                                  const ExecutionContext& context);
 
 /// The CPUs that Slurm gave to the task this process runs in; absent outside of tasks.
 std::optional<int> TaskCpus();

@@ -1,12 +1,10 @@
 #pragma once
 
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "core/execution.h"
-#include "pipeline/run_plan.h"
 #include "pipeline/slurm_jobs.h"
 
 namespace backsight {
@@ -26,24 +24,23 @@ struct SlurmSubmission {
 /// per station, an array of `shards` tasks that share the pairs, and the final run, which does
 /// whatever is left (docs/cluster.md). Where `shards` is 0 the pairs are found in rounds: a
 /// coordinator stands in the array's place. jobs.json is kept up to date throughout. If one is
-/// refused, those before it are cancelled. Throws as SubmitJob and SplitWords do. The caller holds
-/// the lock of the work folder.
-SlurmJobs SubmitSurvey(const SlurmSubmission& submission, int stations, int shards);
+/// refused, or a stop is requested, those before it are cancelled; where Slurm does not do that, a
+/// warning names them and they stay in jobs.json. Throws as SubmitJob and
+/// SbatchOptions do. The caller holds the lock of the work folder.
+SlurmJobs SubmitSurvey(const SlurmSubmission& submission, int stations, int shards,
+                       const ExecutionContext& context);
 
-/// For a coordinator, which is one of `jobs`: submits an array of `shards` tasks that make the
-/// attempts of the stored batch, and the next coordinator, for which the final job waits then.
+/// For a coordinator, which is the job `own`: the jobs of its run, where it has a round to begin.
+/// Nothing where the final job does not wait any more, or where this coordinator has begun its
+/// round before, when Slurm started it the last time; what lacks of that round is submitted then.
+/// The caller holds the lock of the work folder from here on until the round is submitted.
+std::optional<SlurmJobs> JobsToContinue(const SlurmSubmission& submission, const std::string& own,
+                                        const ExecutionContext& context);
+
+/// Submits an array of `shards` tasks that make the attempts of the stored batch, and the next
+/// coordinator; the final job waits for each as soon as it is there. `jobs`: those of the run.
 /// `done`: attempts that are stored so far.
 void SubmitRound(const SlurmSubmission& submission, const SlurmJobs& jobs, int shards,
-                 std::size_t done);
-
-/// Follows the jobs until the final one has ended, and tells `context` how far they are: by `plan`
-/// (what is up to date now), then by what the final run tells. Nothing where it ended without a
-/// result. Throws Interrupted when a stop is requested; the jobs go on then.
-std::optional<SlurmResult> FollowJobs(const SlurmJobs& jobs, const std::string& work,
-                                      const std::function<RunPlan()>& plan,
-                                      const ExecutionContext& context);
-
-/// For jobs that need the submission complete: waits until it is, a minute at most.
-void AwaitSubmission(const std::string& work);
+                 std::size_t done, const ExecutionContext& context);
 
 }  // namespace backsight

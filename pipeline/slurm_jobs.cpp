@@ -3,12 +3,15 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+#include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "io/atomic_file.h"
-#include "io/folder_lock.h"
 #include "pipeline/slurm_client.h"
 
 namespace backsight {
@@ -52,6 +55,11 @@ std::string Text(const json& root) {
   return root.dump(2, ' ', false, json::error_handler_t::replace) + "\n";
 }
 
+void Remove(const std::string& work, const char* name) {
+  std::error_code error;
+  fs::remove(PathIn(work, name), error);
+}
+
 }  // namespace
 
 std::vector<std::string> SlurmJobs::Ids() const {
@@ -67,6 +75,15 @@ std::string SlurmJobs::Final() const {
     if (job.part == "final") return job.id;
   }
   return "";
+}
+
+std::optional<std::vector<SlurmJob>> SlurmJobs::After(const std::string& id) const {
+  auto job = std::find_if(jobs.begin(), jobs.end(), [&](const auto& j) { return j.id == id; });
+  if (job == jobs.end()) return std::nullopt;
+  std::vector<SlurmJob> after;
+  std::copy_if(std::next(job), jobs.end(), std::back_inserter(after),
+               [](const SlurmJob& j) { return j.part != "final"; });
+  return after;
 }
 
 std::string SlurmFolder(const std::string& work) { return (fs::path(work) / "slurm").string(); }
@@ -85,10 +102,7 @@ void WriteSlurmJobs(const std::string& work, const SlurmJobs& jobs) {
       Text({{"schema_version", 1}, {"submitted_utc", jobs.submitted_utc}, {"jobs", list}}));
 }
 
-void ForgetSlurmJobs(const std::string& work) {
-  std::error_code error;
-  fs::remove(PathIn(work, "jobs.json"), error);
-}
+void ForgetSlurmJobs(const std::string& work) { Remove(work, "jobs.json"); }
 
 std::optional<SlurmResult> ReadSlurmResult(const std::string& work, const std::string& job) {
   auto result = ReadJson(PathIn(work, "result.json"), ResultFrom);
@@ -102,13 +116,15 @@ void WriteSlurmResult(const std::string& work, const SlurmResult& result) {
                                                    {"summary", result.summary}}));
 }
 
-void RequireNoJobs(const std::string& work, bool force) {
+void ForgetSlurmResult(const std::string& work) { Remove(work, "result.json"); }
+
+void RequireNoJobs(const std::string& work, bool force, const ExecutionContext& context) {
   const std::optional<SlurmJobs> jobs = ReadSlurmJobs(work);
   if (!jobs || jobs->jobs.empty()) return;
   const std::string final = jobs->Final();
   if (!final.empty() && (final == OwnJob() || ReadSlurmResult(work, final))) return;
   try {
-    if (QueuedJobs(jobs->Ids()).empty()) return;
+    if (QueuedJobs(jobs->Ids(), context).empty()) return;
   } catch (const SlurmUnreachable& failure) {
     if (force) return;
     throw FolderInUse(fmt::format(
@@ -120,6 +136,16 @@ void RequireNoJobs(const std::string& work, bool force) {
       "{} is in use: jobs {} are queued or running, submitted at {}; wait for their end, or cancel "
       "them: scancel {}",
       work, jobs->IdsText(), jobs->submitted_utc, jobs->IdsText()));
+}
+
+FolderLock LockWhenFree(const std::string& work, const ExecutionContext& context) {
+  using Clock = std::chrono::steady_clock;
+  const auto patient_until = Clock::now() + std::chrono::seconds(60);
+  while (HolderOf(work) && Clock::now() < patient_until) {
+    context.CheckStop();
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  }
+  return FolderLock(work);
 }
 
 }  // namespace backsight

@@ -4,6 +4,9 @@
 #include <string>
 #include <vector>
 
+#include "core/execution.h"
+#include "io/folder_lock.h"
+
 namespace backsight {
 
 /// What a job on the cluster is for.
@@ -22,6 +25,8 @@ struct SlurmJobs {
   std::string IdsText() const;  ///< with blanks between
   /// The final job's id; empty while none is submitted.
   std::string Final() const;
+  /// Those submitted after `id`, but for the final job; nothing where `id` is none of the jobs.
+  std::optional<std::vector<SlurmJob>> After(const std::string& id) const;
 };
 
 /// Where a work folder keeps what concerns the cluster: work/slurm.
@@ -42,10 +47,15 @@ struct SlurmResult {
 /// Kept in work/slurm/result.json. Absent where that is missing, damaged, or of another job.
 std::optional<SlurmResult> ReadSlurmResult(const std::string& work, const std::string& job);
 void WriteSlurmResult(const std::string& work, const SlurmResult& result);
+void ForgetSlurmResult(const std::string& work);
 
 /// Throws FolderInUse that names the jobs where some of those of jobs.json are queued or running,
 /// unless this process is the final one of them. Where Slurm cannot be asked and nothing says that
 /// they have ended, it throws too, unless `force`.
-void RequireNoJobs(const std::string& work, bool force);
+void RequireNoJobs(const std::string& work, bool force, const ExecutionContext& context);
+
+/// For the jobs of a submission: takes the lock of the work folder once whoever submits has freed
+/// it. Throws FolderInUse where that takes more than a minute.
+FolderLock LockWhenFree(const std::string& work, const ExecutionContext& context);
 
 }  // namespace backsight

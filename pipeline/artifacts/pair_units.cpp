@@ -33,9 +33,9 @@ bool PairUnits::Replay(PairMethod method, const std::optional<RigidTransform>& p
   return store_.keeps() && Restore(AttemptOf(method, predicted), pair);
 }
 
-void PairUnits::Register(PairMethod method, const std::optional<RigidTransform>& predicted,
+bool PairUnits::Register(PairMethod method, const std::optional<RigidTransform>& predicted,
                          Pair* pair) const {
-  Run(
+  return Run(
       AttemptOf(method, predicted),
       [&](const ExecutionContext& context, Pair* result) {
         if (method == PairMethod::kThorough) {

@@ -31,8 +31,9 @@ class PairUnits {
         store_(store),
         limit_s_(limit_s) {}
 
-  /// `predicted`: of PairMethod::kPredicted.
-  void Register(PairMethod method, const std::optional<RigidTransform>& predicted,
+  /// `predicted`: of PairMethod::kPredicted. False where the attempt failed, so that nothing of it
+  /// is stored; a pair that has a motion from before keeps it then, and has no `fault`.
+  bool Register(PairMethod method, const std::optional<RigidTransform>& predicted,
                 Pair* pair) const;
 
   /// The same if the store holds the result; false, and nothing done, where it does not.

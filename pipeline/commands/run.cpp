@@ -25,7 +25,7 @@
 #include "pipeline/run_outputs.h"
 #include "pipeline/run_plan.h"
 #include "pipeline/slurm_client.h"
-#include "pipeline/slurm_executor.h"
+#include "pipeline/slurm_jobs.h"
 #include "pipeline/stop_signal.h"
 #include "pipeline/survey_pipeline.h"
 #include "pipeline/version.h"
@@ -113,13 +113,22 @@ int RunProject(const RunArguments& arguments, const std::stop_token& stop, RunEv
   const std::string out = arguments.folders.OutDirectory();
   const std::string work = arguments.folders.WorkDirectory();
   RequireFreeNames(project, out);
-  if (arguments.final_job) AwaitSubmission(work);
-  const FolderLock lock(work);
+  // No such context may live when the run takes its threads.
+  const auto waiting = [&] { return ExecutionContext(1, kRunSeed, events->sink(), stop); };
+  const FolderLock lock = arguments.final_job ? LockWhenFree(work, waiting()) : FolderLock(work);
   ProgressFile progress(work);
-  RequireNoJobs(work, arguments.force);
+  RequireNoJobs(work, arguments.force, waiting());
+  // What earlier jobs left must be told apart from what this run leaves.
+  if (arguments.final_job) {
+    ForgetSlurmResult(work);
+  } else {
+    ForgetSlurmJobs(work);
+  }
   std::optional<FolderLock> out_lock;  // another work folder may lead to the same results
   if (!fs::exists(out) || !fs::equivalent(out, work)) out_lock.emplace(out);
-  RemoveTemporaries(project, out, work);
+  // Tasks of a submission may still be writing; its start has cleared the work folder.
+  if (!arguments.final_job) RemoveHalfWrittenArtifacts(work);
+  RemoveTemporaries(project, out);
 
   EventFanOut sinks({events->sink(), &progress});
   const ExecutionContext context(ThreadsOf(arguments, project), kRunSeed, &sinks, stop);

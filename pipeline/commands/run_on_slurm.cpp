@@ -16,6 +16,7 @@
 #include "pipeline/run_outputs.h"
 #include "pipeline/run_plan.h"
 #include "pipeline/slurm_executor.h"
+#include "pipeline/slurm_following.h"
 #include "pipeline/stop_signal.h"
 #include "pipeline/survey_pipeline.h"
 
@@ -54,12 +55,13 @@ SlurmJobs Submit(const RunArguments& arguments, const SurveyProject& project,
   const SlurmSubmission submission = Describe(arguments, project);
   RequireFreeNames(project, submission.out);
   const FolderLock lock(submission.work);
-  RequireNoJobs(submission.work, arguments.force);
+  RequireNoJobs(submission.work, arguments.force, context);
   MakeDirectories(submission.out);
-  RemoveTemporaries(project, submission.out, submission.work);
+  RemoveHalfWrittenArtifacts(submission.work);
+  RemoveTemporaries(project, submission.out);
   RequireRoomOnDisks(project, submission, context);
   return SubmitSurvey(submission, static_cast<int>(project.stations.size()),
-                      CountPairShards(project, options));
+                      CountPairShards(project, options), context);
 }
 
 int Follow(const SlurmJobs& jobs, const std::string& work, const std::function<RunPlan()>& plan,
@@ -68,10 +70,10 @@ int Follow(const SlurmJobs& jobs, const std::string& work, const std::function<R
     const std::optional<SlurmResult> result = FollowJobs(jobs, work, plan, context);
     if (result) return events->End(result->exit_code, result->summary, "");
   } catch (const Interrupted&) {
-    return events->End(
-        StopSignal() == SIGTERM ? kTerminated : kInterrupted,
-        fmt::format("Interrupted: the jobs {} go on without being followed.", jobs.IdsText()),
-        fmt::format(" To cancel them: scancel {}", jobs.IdsText()));
+    const std::string ids = ReadSlurmJobs(work).value_or(jobs).IdsText();  // rounds have added some
+    return events->End(StopSignal() == SIGTERM ? kTerminated : kInterrupted,
+                       fmt::format("Interrupted: the jobs {} go on without being followed.", ids),
+                       fmt::format(" To cancel them: scancel {}", ids));
   }
   return events->End(
       kTryAgain, fmt::format("Failed: the final job {} ended without a result.", jobs.Final()),

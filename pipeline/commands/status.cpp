@@ -50,10 +50,32 @@ void PrintGroup(const std::string& name, const std::vector<PlanItem>& items) {
   PrintItems(items);
 }
 
-void PrintRun(const std::string& work) {
+/// What Slurm knows of the jobs that were submitted.
+struct JobStates {
+  SlurmJobs jobs;                  ///< none where the run is of this machine
+  std::vector<QueuedJob> queued;   ///< those that go on
+  std::optional<std::string> why;  ///< it cannot be asked
+};
+
+JobStates AskForJobs(const std::string& work) {
+  JobStates states;
+  states.jobs = ReadSlurmJobs(work).value_or(SlurmJobs());
+  if (states.jobs.jobs.empty()) return states;
+  try {
+    states.queued = QueuedJobs(states.jobs.Ids(), ExecutionContext());
+  } catch (const SlurmUnreachable& failure) {
+    states.why = failure.what();
+  }
+  return states;
+}
+
+/// Of jobs only the final one holds the lock for long.
+void PrintRun(const std::string& work, const JobStates& states) {
   const std::optional<LockHolder> holder = HolderOf(work);
   if (!holder) {
-    fmt::print("no run is going\n");
+    fmt::print("{}\n", !states.queued.empty() ? "jobs are going"
+                       : states.why           ? "it is not known whether jobs are going"
+                                              : "no run is going");
     return;
   }
   fmt::print("a run is going on {}, process {}, since {}", holder->host, holder->process,
@@ -77,22 +99,15 @@ std::string StatesOf(const SlurmJob& job, const std::vector<QueuedJob>& queued) 
   return text.empty() ? "ended" : text;
 }
 
-void PrintJobs(const std::string& work) {
-  const std::optional<SlurmJobs> jobs = ReadSlurmJobs(work);
-  if (!jobs || jobs->jobs.empty()) return;
-  fmt::print("Slurm jobs, submitted at {}:\n", jobs->submitted_utc);
-  std::vector<QueuedJob> queued;
-  std::string unknown;
-  try {
-    queued = QueuedJobs(jobs->Ids());
-  } catch (const SlurmUnreachable& failure) {
-    unknown = fmt::format("not known ({})", failure.what());
+void PrintJobs(const std::string& work, const JobStates& states) {
+  if (states.jobs.jobs.empty()) return;
+  fmt::print("Slurm jobs, submitted at {}:\n", states.jobs.submitted_utc);
+  for (const SlurmJob& job : states.jobs.jobs) {
+    fmt::print(
+        "  {} {}, {} task(s): {}\n", job.id, job.part, job.tasks,
+        states.why ? fmt::format("not known ({})", *states.why) : StatesOf(job, states.queued));
   }
-  for (const SlurmJob& job : jobs->jobs) {
-    fmt::print("  {} {}, {} task(s): {}\n", job.id, job.part, job.tasks,
-               unknown.empty() ? StatesOf(job, queued) : unknown);
-  }
-  const std::optional<SlurmResult> result = ReadSlurmResult(work, jobs->Final());
+  const std::optional<SlurmResult> result = ReadSlurmResult(work, states.jobs.Final());
   if (result) fmt::print("  result: {} (exit code {})\n", result->summary, result->exit_code);
 }
 
@@ -114,8 +129,9 @@ int StatusCommand(const RunFolders& folders) {
   const OpenedProject opened = Open(folders);
   const RunPlan plan = PlanOf(opened);
   fmt::print("{}: ", opened.project.name);
-  PrintRun(opened.work);
-  PrintJobs(opened.work);
+  const JobStates states = AskForJobs(opened.work);
+  PrintRun(opened.work, states);
+  PrintJobs(opened.work, states);
   PrintGroup("stations", plan.stations);
   PrintGroup("pairs", plan.pairs);
   PrintGroup("network", plan.network);

@@ -35,9 +35,12 @@ SlurmSubmission NextSubmission(const WorkArguments& arguments, double memory_gb)
 void Coordinate(const WorkArguments& arguments, const ExecutionContext& context,
                 const SurveyProject& project, const SurveyOptions& options,
                 const ArtifactStore& store) {
-  AwaitSubmission(store.folder());
-  const std::optional<SlurmJobs> jobs = ReadSlurmJobs(store.folder());
-  if (!jobs || jobs->Final().empty()) return context.Info("no final job is waiting");
+  const SlurmSubmission submission =
+      NextSubmission(arguments, arguments.memory_gb.value_or(project.resources.memory_gb));
+  {
+    const FolderLock lock = LockWhenFree(store.folder(), context);
+    if (!JobsToContinue(submission, OwnJob(), context)) return;
+  }
   const std::vector<Station> stations = LoadStations(project.stations, options, context, store);
   const PairUnits units(stations, options, context, store);
   const DiscoveryFrontier frontier = FindFrontier(units, project.pairs);
@@ -45,9 +48,11 @@ void Coordinate(const WorkArguments& arguments, const ExecutionContext& context,
   context.Info(fmt::format("{} attempts at pairs are stored, {} are needed next", frontier.done,
                            frontier.missing.size()));
   if (missing == 0 || arguments.done == frontier.done) return;
+  const FolderLock lock = LockWhenFree(store.folder(), context);
+  const auto jobs = JobsToContinue(submission, OwnJob(), context);
+  if (!jobs) return;  // they were cancelled meanwhile
   StoreBatch(frontier.missing, project, options, context, store);
-  SubmitRound(NextSubmission(arguments, arguments.memory_gb.value_or(project.resources.memory_gb)),
-              *jobs, std::min(missing, kMostPairShards), frontier.done);
+  SubmitRound(submission, *jobs, std::min(missing, kMostPairShards), frontier.done, context);
 }
 
 std::string PartOf(const WorkArguments& arguments) {

@@ -3,6 +3,7 @@
 import os
 import pathlib
 import re
+import resource
 import shutil
 import subprocess
 import tempfile
@@ -94,6 +95,30 @@ class Budget(unittest.TestCase):
         subprocess.run(["mount", "-o", "remount,size=100m", self.small], check=True)
         again = campaign.run(self.project(), "--quiet", "--work", self.small)
         self.assertEqual(again.returncode, 0, again.stderr)
+
+    def within(self, megabytes, *arguments):
+        """Runs the program where the system gives it no more memory than that."""
+        limit = (megabytes * 10**6,) * 2
+        return subprocess.run([campaign.PROGRAM, *arguments], capture_output=True, text=True,
+                              preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_DATA, limit))
+
+    def test_tasks_on_a_cluster_count_pairs_that_found_no_memory_as_failed(self):
+        project = self.project(more="resources: {threads: 4, memory_gb: 1}\n")
+        for station in range(4):
+            subprocess.run([campaign.PROGRAM, "work", project, "--station", str(station)],
+                           check=True, capture_output=True)
+        if self.within(150, "--version").returncode != 0:
+            self.skipTest("a sanitizer reserves more")
+        for megabytes in range(150, 60, -20):
+            shutil.rmtree(self.folder / "work" / "pairs", ignore_errors=True)
+            task = self.within(megabytes, "work", project, "--shards", "1", "--shard", "0")
+            stored = len(list((self.folder / "work" / "pairs").rglob("full.artifact")))
+            self.assertEqual(task.returncode, 0 if stored == 6 else 3, task.stderr)
+            if stored < 6:
+                self.assertIn(f"{6 - stored} failed", task.stderr)
+            if re.search("pair S. S.: needs more memory", task.stderr):
+                return
+        self.fail("there was memory for every pair")
 
     def test_pairs_that_take_too_long_are_named_and_tried_again_next_time(self):
         run = campaign.run(self.project(more="resources: {pair_limit_s: 0.001}\n"), "--quiet")

@@ -27,6 +27,15 @@ TEST(CommandLine, RefusesNonsenseWithExitCodeTwo) {
   EXPECT_EQ(RunProgram("run --help").exit_code, 0);
 }
 
+TEST(CommandLine, RefusesWhatOnlySlurmCouldHeed) {
+  for (const std::string option : {"--wait", "--slurm-options=--hold"}) {
+    const ProgramRun run = RunProgram("run survey.yaml " + option);
+    EXPECT_EQ(run.exit_code, 2) << option;
+    EXPECT_THAT(run.err, HasSubstr(option.substr(0, option.find('='))));
+    EXPECT_THAT(run.err, HasSubstr("--executor slurm"));
+  }
+}
+
 TEST(CommandLine, NamesAnUnknownCommandAndTheNearest) {
   const ProgramRun run = RunProgram("rnu survey.yaml");
   EXPECT_EQ(run.exit_code, 2);

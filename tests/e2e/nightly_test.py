@@ -7,6 +7,7 @@ import json
 import os
 import pathlib
 import re
+import shlex
 import shutil
 import subprocess
 import tempfile
@@ -62,6 +63,25 @@ class Nightly(unittest.TestCase):
         codes = set(re.findall(r"\d+", " ".join(re.findall(r"^\| ([\d, ]+) \|", PAGE, re.M))))
         self.assertEqual(codes - {"0"} - set(never) - set(good), {"75"})
 
+    def test_no_exec_line_empties_the_output_of_another(self):
+        """systemd opens `truncate:` for every one of them."""
+        service = (NIGHTLY / UNITS[0]).read_text()
+        if len(re.findall(r"^Exec\w+=", service, re.M)) > 1:
+            self.assertNotIn("=truncate:", service)
+
+    def test_service_runs_and_mails_the_line_of_the_run(self):
+        (self.folder / "survey.yaml").write_text(campaign.simulate(self.folder))
+        service = self.here((NIGHTLY / UNITS[0]).read_text())
+        start, stop = (shlex.split(re.search(rf"^{name}=(.*)$", service, re.M)[1])
+                       for name in ("ExecStart", "ExecStopPost"))
+        (self.folder / "summary.txt").write_text("of last night\n" * 9)
+        run = subprocess.run(start, cwd=self.folder, capture_output=True, text=True)
+        self.assertEqual((run.returncode, run.stdout), (0, ""), run.stderr)
+        subject, recipient, text = self.mailed_by(stop, "0")
+        self.assertTrue(subject.startswith("backsight: Complete: "), subject)
+        self.assertEqual(recipient, "surveyor@example.com")
+        self.assertRegex(text, r"^Complete: .*report\.html\n\nExit status 0: complete")
+
     def test_page_explains_every_exit_code(self):
         rows = re.findall(r"^\| ([\d, ]+) \|", PAGE, re.M)
         conventions = (campaign.ROOT / "docs/conventions.md").read_text()
@@ -81,23 +101,27 @@ class Nightly(unittest.TestCase):
         run = subprocess.run(["shellcheck", NIGHTLY / "mail_summary"], capture_output=True)
         self.assertEqual((run.returncode, run.stdout), (0, b""))
 
-    def mail(self, summary, status):
-        """(subject, recipient, text) that mail_summary gives to a `mail` of the test's own."""
+    def mailed_by(self, command, status):
+        """(subject, recipient, text) that the command gives to a `mail` of the test's own."""
         tools = self.folder / "bin"
         tools.mkdir(exist_ok=True)
         fake = tools / "mail"
         fake.write_text('#!/bin/sh\nprintf "%s\\n" "$@" >"$SENT.args"\ncat >"$SENT.text"\n')
         fake.chmod(0o755)
         sent = self.folder / "sent"
-        file = self.folder / "summary.txt"
-        file.unlink(missing_ok=True)
-        if summary is not None:
-            file.write_text(summary)
-        subprocess.run([NIGHTLY / "mail_summary", file, "someone@example.com"], check=True,
+        subprocess.run(command, check=True, cwd=self.folder,
                        env={"PATH": f"{tools}:/usr/bin:/bin", "SENT": sent, "EXIT_STATUS": status})
         option, subject, recipient = pathlib.Path(f"{sent}.args").read_text().splitlines()
         self.assertEqual(option, "-s")
         return subject, recipient, pathlib.Path(f"{sent}.text").read_text()
+
+    def mail(self, summary, status):
+        """What is mailed of a night whose run printed `summary`."""
+        file = self.folder / "summary.txt"
+        file.unlink(missing_ok=True)
+        if summary is not None:
+            file.write_text(summary)
+        return self.mailed_by([NIGHTLY / "mail_summary", file, "someone@example.com"], status)
 
     def test_mail_holds_the_summary_line_and_the_exit_code(self):
         line = "Partial: 4 of 5 stations placed $(id) `id` %s. Report: /srv/out/report.html"

@@ -2,6 +2,7 @@
 
 #include <limits>
 
+#include "pipeline/artifacts/pair_units.h"
 #include "pipeline/pair_pipeline.h"
 #include "tests/pipeline/hall_stations.h"
 #include "tests/support/matchers.h"
@@ -51,6 +52,18 @@ TEST(RegisterPairThoroughly, FindsTheTruthThatAFalseMotionStandsFor) {
   RegisterPairThoroughly(hall.stations, {}, ExecutionContext(1), &pair);
   EXPECT_TRUE(pair.accepted()) << ToString(pair.reason());
   EXPECT_TRANSFORM_NEAR(Best(pair), hall.Truth(1, 0), kNearAngle, kNearDistance);
+}
+
+TEST(PairUnits, TellThatASecondTryFailedWhichLeavesThePairAsItWas) {
+  const HallStations hall = MakeTwo(1, 8);
+  Pair pair = RegisterFrom(hall, hall.HalfTurned(1, 0));
+  const SurveyOptions options;
+  const ExecutionContext context(1);
+  const ArtifactStore nowhere;
+  const PairUnits hasty(hall.stations, options, context, nowhere, /*limit_s=*/1e-9);
+  EXPECT_FALSE(hasty.Register(PairMethod::kThorough, {}, &pair));
+  EXPECT_TRUE(pair.fault.empty()) << pair.fault;
+  EXPECT_EQ(pair.candidates.size(), 1U);
 }
 
 TEST(AddMotion, DoesNotLetAFalseMotionDisplaceATrueOne) {
