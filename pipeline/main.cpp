@@ -23,12 +23,27 @@ void AddFolders(CLI::App* command, RunFolders* folders) {
                       "folder for what is finished (default: work/ beside project)");
 }
 
+void AddStages(CLI::App* run, RunArguments* arguments) {
+  std::vector<std::pair<std::string, Stage>> stages;
+  for (const Stage stage : kStages) stages.emplace_back(ToString(stage), stage);
+  run->add_option_function<Stage>(
+         "--from", [=](const Stage& stage) { arguments->stages.from = stage; },
+         "do this stage and all after it anew: stations, pairs, network or outputs")
+      ->transform(CLI::CheckedTransformer(stages).description(""))
+      ->type_name("STAGE");
+  run->add_option("--only", arguments->stages.last,
+                  "end after this stage; after network with reports, but without clouds")
+      ->transform(CLI::CheckedTransformer(stages).description(""))
+      ->type_name("STAGE");
+}
+
 void AddSlurm(CLI::App* run, RunArguments* arguments) {
   const std::map<std::string, Executor> executors = {{"local", Executor::kLocal},
                                                      {"slurm", Executor::kSlurm}};
   run->add_option("--executor", arguments->executor,
                   "local: on this machine (default); slurm: as jobs of a cluster")
-      ->transform(CLI::CheckedTransformer(executors));
+      ->transform(CLI::CheckedTransformer(executors).description(""))
+      ->type_name("local|slurm");
   run->add_option("--slurm-options", arguments->slurm_options,
                   "more options of sbatch for every job, in one quoted text");
   run->add_flag("--wait", arguments->wait, "with slurm: follow the jobs to their end");
@@ -37,9 +52,12 @@ void AddSlurm(CLI::App* run, RunArguments* arguments) {
   run->add_flag("--final-job", arguments->final_job)->group("");
 }
 
-/// What only jobs of a cluster could heed must not be lost silently.
-void RequireSlurmFor(const RunArguments& arguments) {
-  if (arguments.executor == Executor::kSlurm) return;
+/// What only jobs of a cluster could heed, or they could not, must not be lost silently.
+void RequireExecutorFor(const RunArguments& arguments) {
+  if (arguments.executor == Executor::kSlurm) {
+    if (arguments.stages.last == Stage::kOutputs) return;
+    throw CLI::ValidationError("--only", "a submission always runs to its end; leave it out");
+  }
   if (arguments.wait) throw CLI::ValidationError("--wait", "give it with --executor slurm");
   if (!arguments.slurm_options.empty()) {
     throw CLI::ValidationError("--slurm-options", "give it with --executor slurm");
@@ -59,9 +77,10 @@ void AddRun(CLI::App& app, int* code) {
                       "file for events, one JSON object per line; emptied first");
   CLI::Option* quiet = command->add_flag("--quiet", arguments->quiet, "no progress, only warnings");
   command->add_flag("--verbose", arguments->verbose, "details of every step")->excludes(quiet);
+  AddStages(command, arguments.get());
   AddSlurm(command, arguments.get());
   command->callback([=] {
-    RequireSlurmFor(*arguments);
+    RequireExecutorFor(*arguments);
     *code = RunCommand(*arguments);
   });
 }

@@ -237,6 +237,19 @@ RunPlan MakeRunPlan(const SurveyProject& project, const SurveyOptions& options, 
   return Planner(project, options, seed, store).Make(out_directory);
 }
 
+void Restrict(const StageRange& stages, RunPlan* plan) {
+  std::vector<PlanItem>* const lists[] = {&plan->stations, &plan->pairs, &plan->network,
+                                          &plan->outputs};
+  for (const Stage stage : kStages) {
+    std::vector<PlanItem>& items = *lists[static_cast<std::size_t>(stage)];
+    if (stage > stages.last) items.clear();
+    if (!stages.from || stage < *stages.from) continue;
+    for (PlanItem& item : items) {
+      if (item.done()) item = {item.unit, Kind::kOutdated, "--from " + ToString(*stages.from)};
+    }
+  }
+}
+
 std::string StateText(const PlanItem& item) {
   if (item.unsure) return "not known";
   switch (item.state) {

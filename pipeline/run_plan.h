@@ -5,6 +5,7 @@
 
 #include "io/artifact_store.h"
 #include "io/survey_project.h"
+#include "pipeline/run_stages.h"
 #include "pipeline/survey_options.h"
 
 namespace backsight {
@@ -35,6 +36,9 @@ struct RunPlan {
 /// the run.
 RunPlan MakeRunPlan(const SurveyProject& project, const SurveyOptions& options, std::uint64_t seed,
                     const std::string& out_directory, const ArtifactStore& store);
+
+/// Takes what comes after the last stage out of the plan, and puts in all that is to be done anew.
+void Restrict(const StageRange& stages, RunPlan* plan);
 
 /// How many are up to date.
 std::size_t CountDone(const std::vector<PlanItem>& items);

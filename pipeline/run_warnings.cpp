@@ -59,9 +59,10 @@ void AddPairWarnings(const std::vector<Station>& stations, const PairDiscovery& 
     if (!pair.fault.empty()) {
       run->warnings.push_back(name + " failed: " + pair.fault);
     } else if (!pair.further_fault.empty()) {
-      run->warnings.push_back(fmt::format("{}: a further attempt failed, what was found before it "
-                                          "stands: {}",
-                                          name, pair.further_fault));
+      run->warnings.push_back(
+          fmt::format("{}: a further attempt failed, what was found before it "
+                      "stands: {}",
+                      name, pair.further_fault));
     }
   }
 }

@@ -23,7 +23,8 @@ struct NamedSection {
   double at_m = 0.0;                      ///< a level's height
   double length_m = 0.0;                  ///< of an upright one's line within the plan, from zero
   std::optional<Eigen::Vector2d> detail;  ///< its middle on paper
-  std::optional<double> apart_m;  ///< of the surfaces there; then it was chosen for the detail alone
+  std::optional<double>
+      apart_m;  ///< of the surfaces there; then it was chosen for the detail alone
 };
 
 /// Two levels and two upright sections, 5 cm thick, where most surface that several stations

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <utility>
@@ -61,11 +62,24 @@ void RequireMemory(const std::vector<Station>& stations) {
   throw NoRoom(fmt::format("stations: each of {} {}", short_of_memory, kShortOfMemory));
 }
 
+/// The record of a run that was to end before there is a network.
+RunRecord EndedEarly(const std::vector<Station>& stations, Stage last, std::size_t pairs) {
+  const auto usable = static_cast<std::size_t>(
+      std::count_if(stations.begin(), stations.end(), [](const Station& s) { return s.usable(); }));
+  RunRecord record;
+  record.exit_code = usable < 2 ? kNoUsableInput : usable < stations.size() ? kPartial : kComplete;
+  record.verdict = fmt::format(
+      "Ended as asked for (--only {}): {} of {} stations can be used{}.", ToString(last), usable,
+      stations.size(),
+      last == Stage::kPairs ? fmt::format(", {} pairs were tried", pairs) : std::string());
+  return record;
+}
+
 }  // namespace
 
 SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
                     std::shared_ptr<const GeodeticFrame> frame, const std::string& out_directory,
-                    const ExecutionContext& context, const ArtifactStore& store) {
+                    const ExecutionContext& context, const ArtifactStore& store, Stage last) {
   SurveyRun run;
   StageClock clock(context, &run.times);
 
@@ -73,11 +87,19 @@ SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
   for (const Station& station : stations) run.scan_fingerprints.push_back(station.scan.fingerprint);
   RequireMemory(stations);
   clock.Finish("stations");
+  if (last == Stage::kStations) {
+    run.record = EndedEarly(stations, last, 0);
+    return run;
+  }
 
   const PairUnits units(stations, options, context, store, project.resources.pair_limit_s);
   PairDiscovery discovery = DiscoverPairs(units, project.pairs);
   ChallengeSymmetries(units, &discovery.pairs);
   clock.Finish("pairs");
+  if (last == Stage::kPairs) {
+    run.record = EndedEarly(stations, last, discovery.pairs.size());
+    return run;
+  }
 
   const KeyBase keys{options, context.seed()};
   const ArtifactKey network_key = NetworkKey(keys, stations, discovery.pairs);
@@ -101,8 +123,15 @@ SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
   const SurfaceDistances distances = MeasureStationDistances(stations, network, ground, context);
   const std::vector<PictureRecord> pictures =
       DrawReportPictures(stations, network, ground, distances, context);
-  const RunRecord unfinished =
+  RunRecord unfinished =
       SummarizeRun(project, stations, discovery, network, ground, moving, distances, {});
+  if (last == Stage::kNetwork) {
+    unfinished.warnings.emplace_back("clouds and maps were not asked for (--only network)");
+    WriteReports(unfinished, pictures, project.path, out_directory);
+    clock.Finish("report");
+    run.record = std::move(unfinished);
+    return run;
+  }
   WriteReports(WithUnfinishedClouds(unfinished, project, out_directory), pictures, project.path,
                out_directory);
   clock.Finish("report");

@@ -12,6 +12,7 @@
 #include "io/run_records.h"
 #include "io/survey_project.h"
 #include "pipeline/network_pipeline.h"
+#include "pipeline/run_stages.h"
 #include "pipeline/survey_options.h"
 
 namespace backsight {
@@ -42,8 +43,11 @@ struct SurveyRun {
 /// The whole method, from scan files to outputs in `out_directory`: loads the stations, registers
 /// all pairs, fuses them to a network, ties it to control, merges the clouds and writes tables and
 /// reports. `frame`: MakeControlFrame of the project. What the store holds is not done again.
+/// Ends after the stage `last`: after stations and pairs only verdict and exit code of the record
+/// are set; after the network tables and reports are written, but no clouds.
 SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
                     std::shared_ptr<const GeodeticFrame> frame, const std::string& out_directory,
-                    const ExecutionContext& context, const ArtifactStore& store);
+                    const ExecutionContext& context, const ArtifactStore& store,
+                    Stage last = Stage::kOutputs);
 
 }  // namespace backsight

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/run_stages.h"
+
 namespace backsight {
 
 /// The commands of the program. Each returns the exit code; faulty input throws InputError. Results
@@ -29,6 +31,7 @@ struct RunArguments {
   bool quiet = false;
   bool verbose = false;
   bool dry_run = false;  ///< only say what would be done, and why
+  StageRange stages;
   Executor executor = Executor::kLocal;
   std::string slurm_options;  ///< more options of sbatch, as in a shell
   bool wait = false;          ///< follow the jobs to their end
@@ -54,7 +57,7 @@ struct WorkArguments {
 int WorkCommand(const WorkArguments& arguments);
 
 /// What a run would do and why; it does nothing.
-int PrintDryRun(const RunFolders& folders);
+int PrintDryRun(const RunFolders& folders, const StageRange& stages);
 
 /// What is done, what is left, and the run that is going.
 int StatusCommand(const RunFolders& folders);

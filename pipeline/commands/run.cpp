@@ -128,6 +128,7 @@ int RunProject(const RunArguments& arguments, const std::stop_token& stop, RunEv
   if (!fs::exists(out) || !fs::equivalent(out, work)) out_lock.emplace(out);
   // Tasks of a submission may still be writing; its start has cleared the work folder.
   if (!arguments.final_job) RemoveHalfWrittenArtifacts(work);
+  if (arguments.stages.from) ForgetFrom(*arguments.stages.from, work);
   RemoveTemporaries(project, out);
 
   EventFanOut sinks({events->sink(), &progress});
@@ -141,9 +142,16 @@ int RunProject(const RunArguments& arguments, const std::stop_token& stop, RunEv
   if (!LimitMemory(memory_gb, context.threads())) {
     context.Warning("the system does not limit this process's memory; it takes what it needs");
   }
-  const SurveyRun run = RunWithin(
-      memory_gb, progress, [&] { return RunSurvey(project, options, frame, out, context, store); });
-  WriteManifest(project, options, run, start, context.threads(), out);
+  const SurveyRun run = RunWithin(memory_gb, progress, [&] {
+    return RunSurvey(project, options, frame, out, context, store, arguments.stages.last);
+  });
+  if (arguments.stages.last < Stage::kNetwork) {
+    return events->End(run.record.exit_code, run.record.verdict, "");
+  }
+  // It knows the clouds that lie there: where none was asked for, that of the last run stays.
+  if (arguments.stages.last == Stage::kOutputs) {
+    WriteManifest(project, options, run, start, context.threads(), out);
+  }
   return events->Finished(run.record.exit_code, run.record.verdict,
                           (fs::path(out) / "report.html").string());
 }
@@ -166,7 +174,7 @@ std::string RunFolders::WorkDirectory() const {
 }
 
 int RunCommand(const RunArguments& arguments) {
-  if (arguments.dry_run) return PrintDryRun(arguments.folders);
+  if (arguments.dry_run) return PrintDryRun(arguments.folders, arguments.stages);
   const std::stop_token stop = InstallStopSignals();
   const bool on_slurm = arguments.executor == Executor::kSlurm;
   // The event log is the run's, which is the final job.

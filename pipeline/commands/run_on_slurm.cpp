@@ -58,6 +58,7 @@ SlurmJobs Submit(const RunArguments& arguments, const SurveyProject& project,
   RequireNoJobs(submission.work, arguments.force, context);
   MakeDirectories(submission.out);
   RemoveHalfWrittenArtifacts(submission.work);
+  if (arguments.stages.from) ForgetFrom(*arguments.stages.from, submission.work);
   RemoveTemporaries(project, submission.out);
   RequireRoomOnDisks(project, submission, context);
   return SubmitSurvey(submission, static_cast<int>(project.stations.size()),

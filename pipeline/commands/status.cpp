@@ -113,12 +113,15 @@ void PrintJobs(const std::string& work, const JobStates& states) {
 
 }  // namespace
 
-int PrintDryRun(const RunFolders& folders) {
+int PrintDryRun(const RunFolders& folders, const StageRange& stages) {
   const OpenedProject opened = Open(folders);
-  const RunPlan plan = PlanOf(opened);
+  RunPlan plan = PlanOf(opened);
+  Restrict(stages, &plan);
   fmt::print("{}: {}\n", opened.project.name,
-             plan.done() ? "everything is up to date; only the reports would be written"
-                         : "a run would do:");
+             !plan.done()                    ? "a run would do:"
+             : stages.last < Stage::kNetwork ? "everything that was asked for is up to date"
+                                             : "everything is up to date; only the reports would "
+                                               "be written");
   for (const auto* items : {&plan.stations, &plan.pairs, &plan.network, &plan.outputs}) {
     PrintItems(*items);
   }

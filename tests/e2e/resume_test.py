@@ -261,6 +261,31 @@ class Resume(unittest.TestCase):
         self.assertIn("no run is going", status.stdout)
         self.assertEqual(campaign.run(self.project, "--quiet").returncode, 0)
 
+    def test_stages_are_done_anew_or_left_as_asked_for(self):
+        run = campaign.run(self.project, "--quiet", "--from", "network")
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertIn("work/network/network.artifact", self.redone())
+        for name in self.redone():
+            self.assertRegex(name, r"work/(network|outputs)/")
+        self.expect_reference()
+
+        self.forget()
+        run = campaign.run(self.project, "--quiet", "--only", "pairs")
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertIn("6 of 6 stations can be used, 15 pairs were tried", run.stdout.decode())
+        self.assertEqual(campaign.files_of(self.folder / "out"), [])
+        self.before = artifacts_of(self.folder)
+        for name in self.before:
+            self.assertRegex(name, r"work/(scans|stations|pairs)/")
+        run = campaign.run(self.project, "--quiet", "--only", "network")
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertIn("report.html", campaign.files_of(self.folder / "out"))
+        self.assertFalse((self.folder / "out" / "merged.las").exists())
+        self.run_whole()
+        self.expect_reference()
+        for name in self.redone():
+            self.assertRegex(name, r"work/(network|outputs)/")
+
     def test_status_says_what_is_done_and_how_it_ended(self):
         shutil.rmtree(self.folder / "work" / "stations" / "S5")
         status = subprocess.run([campaign.PROGRAM, "status", self.project], capture_output=True,
