@@ -126,9 +126,11 @@ class Slurm(unittest.TestCase):
         requeue = self.cluster.run("scontrol", "requeue", task)
         self.assertEqual(requeue.returncode, 0, requeue.stderr)
         end = time.monotonic() + 60
-        while self.cluster.run("scontrol", "update", "JobId=" + task, "StartTime=now").returncode:
+        while "BeginTime" not in self.cluster.run("squeue", "--noheader", "--format=%r",
+                                                  "--jobs=" + task).stdout:
             self.assertLess(time.monotonic(), end, f"{task} was not queued again")
             time.sleep(0.2)
+        self.cluster.run("scontrol", "update", "JobId=" + task, "StartTime=now")
         return task
 
     def test_killed_tasks_cost_nothing_but_time(self):
