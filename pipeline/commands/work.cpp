@@ -34,12 +34,14 @@ SlurmSubmission NextSubmission(const WorkArguments& arguments, double memory_gb)
 /// nothing, what is missing cannot be had that way, and the final run is left to it.
 void Coordinate(const WorkArguments& arguments, const ExecutionContext& context,
                 const SurveyProject& project, const SurveyOptions& options,
-                const ArtifactStore& store) {
+                const ArtifactStore& store, EventSink* events) {
   const SlurmSubmission submission =
       NextSubmission(arguments, arguments.memory_gb.value_or(project.resources.memory_gb));
+  // Half a round would set the final job free: it is submitted whole, whatever stop is requested.
+  const auto steady = [&] { return ExecutionContext(1, kRunSeed, events); };
   {
     const FolderLock lock = LockWhenFree(store.folder(), context);
-    if (!JobsToContinue(submission, OwnJob(), context)) return;
+    if (!JobsToContinue(submission, OwnJob(), steady())) return;
   }
   const std::vector<Station> stations = LoadStations(project.stations, options, context, store);
   const PairUnits units(stations, options, context, store);
@@ -49,10 +51,10 @@ void Coordinate(const WorkArguments& arguments, const ExecutionContext& context,
                            frontier.missing.size()));
   if (missing == 0 || arguments.done == frontier.done) return;
   const FolderLock lock = LockWhenFree(store.folder(), context);
-  const auto jobs = JobsToContinue(submission, OwnJob(), context);
+  const auto jobs = JobsToContinue(submission, OwnJob(), steady());
   if (!jobs) return;  // they were cancelled meanwhile
   StoreBatch(frontier.missing, project, options, context, store);
-  SubmitRound(submission, *jobs, std::min(missing, kMostPairShards), frontier.done, context);
+  SubmitRound(submission, *jobs, std::min(missing, kMostPairShards), frontier.done, steady());
 }
 
 std::string PartOf(const WorkArguments& arguments) {
@@ -63,11 +65,11 @@ std::string PartOf(const WorkArguments& arguments) {
 
 /// Returns how many units failed.
 int Work(const WorkArguments& arguments, const ExecutionContext& context,
-         const SurveyProject& project, const SurveyOptions& options) {
+         const SurveyProject& project, const SurveyOptions& options, EventSink* events) {
   const ArtifactStore store(arguments.folders.WorkDirectory(),
                             [&](const std::string& what) { context.Warning(what); });
   if (arguments.coordinate) {
-    Coordinate(arguments, context, project, options, store);
+    Coordinate(arguments, context, project, options, store, events);
     return 0;
   }
   if (arguments.shards > 0) {
@@ -97,7 +99,7 @@ int WorkCommand(const WorkArguments& arguments) {
   const double memory_gb = arguments.memory_gb.value_or(project.resources.memory_gb);
   LimitMemory(memory_gb, context.threads());
   try {
-    const int failed = Work(arguments, context, project, options);
+    const int failed = Work(arguments, context, project, options, &events);
     if (failed > 0) context.Info(fmt::format("{} failed; the final run names the reasons", failed));
     return failed > 0 ? kPartial : kComplete;
   } catch (const std::bad_alloc&) {  // outside a station or a pair

@@ -235,6 +235,15 @@ class SlurmCommands(unittest.TestCase):
         self.assertEqual(self.calls("scancel"), ["4"])
         self.assertEqual(self.ids(), ["1", "2", "3"])
 
+    def test_a_round_is_submitted_whole_when_a_stop_is_requested(self):
+        self.write_jobs("stations", "coordinator", "final")
+        (self.folder / "calls").write_text("sbatch of before\n" * 3)
+        self.queue("2 RUNNING", "3 PENDING")
+        self.fake("sbatch", '[ "$n" = 4 ] && kill -TERM "$PPID" && sleep 1')
+        self.assertEqual(self.coordinate().returncode, 0)
+        self.assertEqual(self.ids(), ["1", "2", "3", "4", "5"])
+        self.assertEqual(self.calls("scontrol")[-1], "update JobId=3 Dependency=afterany:5")
+
     def test_the_final_job_leaves_alone_what_tasks_may_be_writing(self):
         self.write_jobs("final")
         half = self.work / "stations" / "S1" / "station.artifact.tmp-123-1"

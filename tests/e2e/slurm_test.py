@@ -57,9 +57,8 @@ class Slurm(unittest.TestCase):
     def tearDown(self):
         """No job of one test outlives it."""
         self.cluster.run("scancel", "--user=root")
-        jobs = self.folder / "work" / "slurm" / "jobs.json"
-        if jobs.exists():
-            self.cluster.wait_for_end([job["id"] for job in json.loads(jobs.read_text())["jobs"]])
+        if (self.folder / "work" / "slurm" / "jobs.json").exists():
+            self.cluster.wait_for_end([job["id"] for job in self.jobs()])
 
     def backsight(self, *arguments):
         return self.cluster.run(campaign.PROGRAM, *arguments)
@@ -82,24 +81,57 @@ class Slurm(unittest.TestCase):
         return "\n".join(f"{path.name}: {path.read_text()}" for path in
                          sorted((self.folder / "work" / "slurm" / "logs").iterdir()))
 
-    def expect_local_bytes(self):
+    def jobs(self):
+        return json.loads((self.folder / "work" / "slurm" / "jobs.json").read_text())["jobs"]
+
+    def expect_local_bytes(self, reference=None):
+        reference = (reference or self.reference) / "out"
         names = campaign.files_of(self.folder / "out")
-        self.assertEqual(names, campaign.files_of(self.reference / "out"))
-        _, differing, errors = filecmp.cmpfiles(self.folder / "out", self.reference / "out", names,
+        self.assertEqual(names, campaign.files_of(reference))
+        _, differing, errors = filecmp.cmpfiles(self.folder / "out", reference, names,
                                                 shallow=False)
         self.assertEqual((differing, errors), ([], []))
 
-    def kill_task_of(self, job):
-        """Kills the first task of an array that is seen running."""
+    def grow(self):
+        """Has the network decide which pairs are registered. Returns where the results of a local
+        run are."""
+        self.project.write_text(self.text + "pair_selection: {strategy: grow}\n")
+        grown = self.folder / "grown"
+        if not grown.exists():
+            local = self.backsight("run", self.project, "--quiet")
+            self.assertEqual(local.returncode, 0, local.stderr)
+            grown.mkdir()
+            self.forget(keep=grown)
+        return grown
+
+    def running_task_of(self, job):
+        """The first task of an array, or the job, that is seen running."""
         end = time.monotonic() + 300
         while time.monotonic() < end:
             queue = self.cluster.run("squeue", "--noheader", "--array", "--states=RUNNING",
                                      "--format=%i", "--jobs=" + job).stdout.split()
-            for task in queue:
-                self.cluster.run("scancel", "--signal=KILL", "--full", task)
-                return task
+            if queue:
+                return queue[0]
             time.sleep(0.05)
         self.fail(f"no task of {job} ran")
+
+    def kill_task_of(self, job):
+        task = self.running_task_of(job)
+        self.cluster.run("scancel", "--signal=KILL", "--full", task)
+        return task
+
+    def requeue_task_of(self, job):
+        """As Slurm does when a node dies; without the pause that it makes then."""
+        task = self.running_task_of(job)
+        requeue = self.cluster.run("scontrol", "requeue", task)
+        self.assertEqual(requeue.returncode, 0, requeue.stderr)
+        end = time.monotonic() + 60
+        while "BeginTime" not in self.cluster.run("squeue", "--noheader", "--format=%r",
+                                                  "--jobs=" + task).stdout:
+            self.assertLess(time.monotonic(), end, f"{task} was not queued again")
+            time.sleep(0.2)
+        self.cluster.run("scontrol", "update", "JobId=" + task, "StartTime=now")
+        return task
 
     def test_killed_tasks_cost_nothing_but_time(self):
         """Submission, refusal of a second run, status, two killed tasks, and equal bytes."""
@@ -122,8 +154,17 @@ class Slurm(unittest.TestCase):
         again = self.backsight("run", self.project, "--quiet")
         self.assertEqual(again.returncode, 0, again.stderr)
 
+    def test_what_is_started_again_gives_the_same_bytes(self):
+        """A station, pairs, and the final job."""
+        ids = self.submit()
+        print("requeued", *(self.requeue_task_of(job) for job in ids))
+        self.cluster.wait_for_end(ids)
+        self.assertEqual(self.result()["exit_code"], 0, self.logs())
+        self.assertEqual(self.result()["job"], ids[2])
+        self.expect_local_bytes()
+
     def test_all_but_the_final_job_precompute(self):
-        """The final run finds every station and pair, and so computes none of them."""
+        """The final run finds every station, and every pair registered in full."""
         ids = self.submit("--slurm-options", "--comment='two words' --nice=1")
         self.cluster.run("scancel", ids[2])
         self.cluster.wait_for_end(ids)
@@ -135,28 +176,34 @@ class Slurm(unittest.TestCase):
         self.expect_local_bytes()
 
     def test_growing_discovery_goes_in_rounds(self):
-        """Coordinators have every attempt made by tasks; the final run computes none."""
-        self.project.write_text(self.text + "pair_selection: {strategy: grow}\n")
-        local = self.backsight("run", self.project, "--quiet")
-        self.assertEqual(local.returncode, 0, local.stderr)
-        grown = self.folder / "grown"
-        grown.mkdir()
-        self.addCleanup(shutil.rmtree, grown)
-        self.forget(keep=grown)
+        """Coordinators have every attempt made by tasks; the final run computes none. One of them
+        is started again."""
+        grown = self.grow()
         follower = self.follow()
+        jobs = self.folder / "work" / "slurm" / "jobs.json"
+        while not jobs.exists() or len(self.jobs()) < 3:
+            time.sleep(0.05)
+        print("requeued", self.requeue_task_of(self.jobs()[1]["id"]))
         _, stderr = follower.communicate(timeout=1200)
         self.assertEqual(follower.returncode, 0, stderr + self.logs())
-        names = campaign.files_of(self.folder / "out")
-        self.assertEqual(names, campaign.files_of(grown / "out"))
-        self.assertEqual(filecmp.cmpfiles(self.folder / "out", grown / "out", names,
-                                          shallow=False)[1:], ([], []))
-        work = self.folder / "work"
-        jobs = json.loads((work / "slurm" / "jobs.json").read_text())["jobs"]
-        self.assertGreaterEqual([job["part"] for job in jobs].count("coordinator"), 2,
-                                self.logs())
-        log = "".join(path.read_text() for path in (work / "slurm" / "logs").iterdir())
+        self.expect_local_bytes(grown)
+        parts = [job["part"] for job in self.jobs()]
+        self.assertGreaterEqual(parts.count("coordinator"), 2, self.logs())
+        self.assertEqual(parts.count("pairs"), parts.count("coordinator") - 1, self.logs())
+        log = self.logs()
         self.assertRegex(log, r"[1-9]\d* attempts at pairs are stored, [1-9]\d* are needed next")
         self.assertRegex(log, r"[1-9]\d* attempts at pairs are stored, 0 are needed next")
+
+    def test_without_its_coordinator_the_final_run_does_all_itself(self):
+        grown = self.grow()
+        ids = self.submit()
+        self.cluster.run("scancel", self.running_task_of(ids[1]))
+        while set(ids) != {job["id"] for job in self.jobs()}:  # it had begun a round
+            ids = [job["id"] for job in self.jobs()]
+            self.cluster.wait_for_end(ids)
+        self.cluster.wait_for_end(ids)
+        self.assertEqual(self.result()["exit_code"], 0, self.logs())
+        self.expect_local_bytes(grown)
 
     def test_wait_ends_as_the_run(self):
         follower = self.follow()
@@ -184,7 +231,7 @@ class Slurm(unittest.TestCase):
     def test_interrupted_wait_leaves_the_jobs(self):
         follower = self.follow("--slurm-options=--begin=now+1hour")
         jobs = self.folder / "work" / "slurm" / "jobs.json"
-        while not jobs.exists() or len(json.loads(jobs.read_text())["jobs"]) < 3:
+        while not jobs.exists() or len(self.jobs()) < 3:
             time.sleep(0.05)
         time.sleep(2)
         stdout, stderr = interrupt(follower)
