@@ -43,9 +43,11 @@ SlurmSubmission Describe(const RunArguments& arguments, const SurveyProject& pro
 }
 
 /// As before a local run, but for the memory of this machine, on which nothing will run.
-void RequireRoomOnDisks(const SurveyProject& project, const SlurmSubmission& submission,
-                        const ExecutionContext& context) {
-  ResourceNeeds needs = EstimateNeeds(project, submission.out, ArtifactStore(submission.work));
+void RequireRoomOnDisks(const SurveyProject& project, const SurveyOptions& options,
+                        const SlurmSubmission& submission, const ExecutionContext& context) {
+  const ArtifactStore store(submission.work);
+  const RunPlan plan = MakeRunPlan(project, options, kRunSeed, submission.out, store);
+  ResourceNeeds needs = EstimateNeeds(project, submission.out, store, &plan, context);
   needs.physical_memory = std::numeric_limits<std::uint64_t>::max();
   RequireRoom(needs, submission.memory_gb, context);
 }
@@ -60,7 +62,7 @@ SlurmJobs Submit(const RunArguments& arguments, const SurveyProject& project,
   RemoveHalfWrittenArtifacts(submission.work);
   if (arguments.stages.from) ForgetFrom(*arguments.stages.from, submission.work);
   RemoveTemporaries(project, submission.out);
-  RequireRoomOnDisks(project, submission, context);
+  RequireRoomOnDisks(project, options, submission, context);
   return SubmitSurvey(submission, static_cast<int>(project.stations.size()),
                       CountPairShards(project, options), context);
 }
