@@ -38,9 +38,10 @@ struct WrittenFile {
 std::vector<WrittenFile> WrittenFiles(const CloudWriterSpec& spec, std::uint64_t points);
 
 /// Writes a merged cloud as a stream. The file appears under its name only when Finish() has
-/// returned (temporary file beside it, fsync, rename); a writer destroyed before that removes its
-/// temporary file. Throws InputError for an unwritable place, a full disk, or a point that the
-/// format cannot hold. Attributes that a chunk lacks become 0; GPS time is in LAS only.
+/// returned (temporary file beside it, fsync, read again from end to end, rename); a writer
+/// destroyed before that removes its temporary file. Throws InputError for an unwritable place, a
+/// full disk, or a point that the format cannot hold. Attributes that a chunk lacks become 0; GPS
+/// time is in LAS only.
 class CloudWriter {
  public:
   virtual ~CloudWriter() = default;
@@ -59,8 +60,9 @@ void RequireStationNumber(const std::string& path, int station_number);
 /// to end, and must have the count, bounds and reference system that were written (VerifyLas).
 std::unique_ptr<CloudWriter> CreateLasWriter(const CloudWriterSpec& spec);
 /// PCD 0.7, binary: coordinates as double, because float cannot hold those of a reference system.
+/// Count and bounds are compared when it is read again (RequireWritten).
 std::unique_ptr<CloudWriter> CreatePcdWriter(const CloudWriterSpec& spec);
-/// PLY, binary little endian, coordinates as double.
+/// PLY, binary little endian, coordinates as double; compared as PCD.
 std::unique_ptr<CloudWriter> CreatePlyWriter(const CloudWriterSpec& spec);
 
 }  // namespace backsight

@@ -5,6 +5,8 @@
 #include "io/atomic_file.h"
 #include "io/cloud_writer.h"
 #include "io/endian_bytes.h"
+#include "io/pcd_reader.h"
+#include "io/read_back.h"
 
 namespace backsight {
 namespace {
@@ -34,14 +36,17 @@ class PcdWriter : public CloudWriter {
       }
       put(static_cast<std::uint16_t>(station_number));
       file_.Write({record.data(), static_cast<std::size_t>(end - record.data())});
-      ++points_;
+      ++written_.records;
+      written_.AddPoint({chunk.x[i], chunk.y[i], chunk.z[i]});
     }
   }
 
   std::uint64_t Finish() override {
     file_.Overwrite(0, Header());
+    file_.Seal();
+    RequireWritten(spec_.path, *OpenPcd(file_.temporary_path()), written_, spec_.between);
     file_.Commit();
-    return points_;
+    return written_.records;
   }
 
  private:
@@ -62,7 +67,7 @@ class PcdWriter : public CloudWriter {
     return fmt::format(
         "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS {}\nSIZE {}\nTYPE {}\n"
         "COUNT {}\nWIDTH {:020}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {:020}\nDATA binary\n",
-        fields, sizes, types, counts, points_, points_);
+        fields, sizes, types, counts, written_.records, written_.records);
   }
 
   static std::uint32_t PackColor(const std::array<std::uint16_t, 3>& rgb) {
@@ -72,7 +77,7 @@ class PcdWriter : public CloudWriter {
 
   CloudWriterSpec spec_;
   AtomicFile file_;
-  std::uint64_t points_ = 0;
+  CloudContent written_;
 };
 
 }  // namespace

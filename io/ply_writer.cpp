@@ -7,6 +7,8 @@
 #include "io/atomic_file.h"
 #include "io/cloud_writer.h"
 #include "io/endian_bytes.h"
+#include "io/ply_reader.h"
+#include "io/read_back.h"
 
 namespace backsight {
 namespace {
@@ -47,19 +49,22 @@ class PlyWriter : public CloudWriter {
       }
       put(static_cast<std::uint16_t>(station_number));
       file_.Write({record.data(), static_cast<std::size_t>(end - record.data())});
-      ++points_;
+      ++written_.records;
+      written_.AddPoint({chunk.x[i], chunk.y[i], chunk.z[i]});
     }
   }
 
   std::uint64_t Finish() override {
     file_.Overwrite(count_offset_, CountText());
+    file_.Seal();
+    RequireWritten(spec_.path, *OpenPly(file_.temporary_path()), written_, spec_.between);
     file_.Commit();
-    return points_;
+    return written_.records;
   }
 
  private:
   /// Leading zeros keep the width, so that the count can be set when it is known.
-  std::string CountText() const { return fmt::format("{:020}", points_); }
+  std::string CountText() const { return fmt::format("{:020}", written_.records); }
 
   static std::uint8_t EightBit(std::uint16_t value) {
     return static_cast<std::uint8_t>((value + 128U) / 257U);
@@ -68,7 +73,7 @@ class PlyWriter : public CloudWriter {
   CloudWriterSpec spec_;
   AtomicFile file_;
   std::size_t count_offset_ = 0;
-  std::uint64_t points_ = 0;
+  CloudContent written_;
 };
 
 }  // namespace

@@ -131,7 +131,9 @@ std::vector<WrittenFile> WriteE57(const CloudOutput& output, const std::vector<i
                                   MergeOptions merge, const ExecutionContext& context) {
   merge.in_station_frames = true;
   const std::map<int, E57ScanSpec> scans = E57ScansOf(stations, source, output);
-  const auto writer = CreateE57CloudWriter(E57FileOf(output, scans, frame), scans);
+  E57FileSpec file = E57FileOf(output, scans, frame);
+  file.between = [&context] { context.CheckStop(); };
+  const auto writer = CreateE57CloudWriter(std::move(file), scans);
   MergeClouds(MergeStationsOf(stations, source, context), merge, *writer, context);
   return {{output.path, writer->Finish()}};
 }

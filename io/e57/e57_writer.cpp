@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "core/error.h"
+#include "io/e57/e57_reader.h"
 #include "io/e57/e57_xml_text.h"
 #include "io/endian_bytes.h"
 
@@ -39,8 +39,7 @@ void E57Writer::BeginScan(const E57ScanSpec& scan) {
   fields_.clear();
   AddFields();
   points_.emplace(out_, fields_);
-  low_.setConstant(std::numeric_limits<double>::infinity());
-  high_ = -low_;
+  written_.emplace_back().crs = spec_.crs;
 }
 
 void E57Writer::AddFields() {
@@ -96,10 +95,11 @@ std::int64_t E57Writer::Steps(double value_m, const E57Field& field) const {
 }
 
 void E57Writer::WriteCoordinates(const Eigen::Vector3d& point, bool is_point) {
+  Eigen::Vector3d on_file = point;
   for (const int axis : {0, 1, 2}) {
     const auto i = static_cast<std::size_t>(axis);
     const E57Field& field = fields_[i];
-    double stored = point[axis];
+    double& stored = on_file[axis];
     if (field.IsInteger()) {
       // What is no point need not lie within the bounds of those that are.
       const std::int64_t steps = is_point ? Steps(stored, field) : field.minimum;
@@ -114,10 +114,8 @@ void E57Writer::WriteCoordinates(const Eigen::Vector3d& point, bool is_point) {
       }
       points_->Put(i, is_point ? stored : 0.0);
     }
-    if (!is_point) continue;
-    low_[axis] = std::min(low_[axis], stored);
-    high_[axis] = std::max(high_[axis], stored);
   }
+  if (is_point) written_.back().AddPoint(on_file);
 }
 
 void E57Writer::WriteAttributes(const PointChunk& chunk, std::size_t i) {
@@ -155,7 +153,10 @@ void E57Writer::Write(const PointChunk& chunk, std::span<const std::uint8_t> inv
 std::uint64_t E57Writer::EndScan() {
   BACKSIGHT_CHECK(points_, "no scan is begun");
   const std::uint64_t records = points_->Finish();
-  scans_xml_ += E57ScanXml(scan_, fields_, {points_->file_offset(), records, low_, high_});
+  CloudContent& written = written_.back();
+  written.records = records;
+  scans_xml_ +=
+      E57ScanXml(scan_, fields_, {points_->file_offset(), records, written.low, written.high});
   points_.reset();
   return records;
 }
@@ -173,7 +174,16 @@ void E57Writer::Finish() {
   StoreBytes(&header[32], std::uint64_t{xml.size()});
   StoreBytes(&header[40], kE57PageBytes);
   out_.Fill(0, {header.data(), header.size()});
+  out_.Seal();
+  RequireReadable();
   out_.Commit();
+}
+
+void E57Writer::RequireReadable() const {
+  for (std::size_t scan = 0; scan < written_.size(); ++scan) {
+    const auto reader = OpenE57(out_.temporary_path(), static_cast<int>(scan));
+    RequireWritten(spec_.path, *reader, written_[scan], spec_.between);
+  }
 }
 
 }  // namespace backsight

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -12,6 +13,7 @@
 #include "core/rigid_transform.h"
 #include "io/e57/paged_writer.h"
 #include "io/e57/vector_writer.h"
+#include "io/read_back.h"
 
 namespace backsight {
 
@@ -23,6 +25,8 @@ struct E57FileSpec {
   std::string crs;        ///< of the poses, as WKT; becomes coordinateMetadata; empty: local
   /// Seconds since 1980-01-06 00:00 UTC without leap seconds (GPS time); none: not stated.
   std::optional<double> creation_gps_s;
+  /// Called now and then while Finish reads the file again; may throw to give up.
+  std::function<void()> between = {};
 };
 
 /// How coordinates are stored.
@@ -50,10 +54,10 @@ struct E57ScanSpec {
 };
 
 /// Writes scans as an E57 file (ASTM E2807), as a stream: BeginScan, Write, EndScan for each scan,
-/// then Finish, when the file appears under its name. Equal calls give equal bytes. Coordinates are
-/// metres in the scan's own frame. Throws InputError for an unwritable place, a full disk, or a
-/// point that the chosen coordinates cannot hold. Memory: one packet of 64 KB, some kilobytes per
-/// scan.
+/// then Finish, which reads the file again (RequireWritten, checksums of all pages) before it
+/// appears under its name. Equal calls give equal bytes. Coordinates are metres in the scan's own
+/// frame. Throws InputError for an unwritable place, a full disk, or a point that the chosen
+/// coordinates cannot hold. Memory: one packet of 64 KB, some kilobytes per scan.
 class E57Writer {
  public:
   explicit E57Writer(E57FileSpec spec);
@@ -69,6 +73,7 @@ class E57Writer {
   void AddFields();
   void AddCoordinateFields();
   std::int64_t Steps(double value_m, const E57Field& field) const;
+  void RequireReadable() const;
   void WriteCoordinates(const Eigen::Vector3d& point, bool is_point);
   void WriteAttributes(const PointChunk& chunk, std::size_t i);
 
@@ -77,8 +82,7 @@ class E57Writer {
   E57ScanSpec scan_;
   std::vector<E57Field> fields_;
   std::optional<VectorWriter> points_;
-  // Bounds of the coordinates as they are stored; low > high while there are none.
-  Eigen::Vector3d low_, high_;
+  std::vector<CloudContent> written_;  // by scan; coordinates as they are stored
   std::string scans_xml_;
 };
 

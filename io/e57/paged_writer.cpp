@@ -69,6 +69,11 @@ std::uint64_t PagedWriter::PhysicalBytes() const {
   return (pages_ + (page_.empty() ? 0 : 1)) * kE57PageBytes;
 }
 
+void PagedWriter::Seal() {
+  if (!page_.empty()) FinishPage();
+  file_.Seal();
+}
+
 void PagedWriter::Commit() {
   if (!page_.empty()) FinishPage();
   file_.Commit();

@@ -29,7 +29,11 @@ class PagedWriter {
   void Fill(std::uint64_t offset, std::string_view bytes);
   /// Physical size of the file that Commit will leave.
   std::uint64_t PhysicalBytes() const;
+  /// Ends the file, which can then be read at temporary_path(); only Commit(), which does it too,
+  /// may follow.
+  void Seal();
   void Commit();
+  const std::string& temporary_path() const { return file_.temporary_path(); }
 
  private:
   void FinishPage();

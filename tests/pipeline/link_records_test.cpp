@@ -171,6 +171,7 @@ TEST(MakeClosureRecords, KnowsOnlyTrianglesOfUsedLinks) {
 TEST(MakeLinkRecords, CallsALinkDoubtfulThatNothingConfirms) {
   Survey survey(1, 3);
   survey.network.component = {0, 0, 0};
+  survey.network.survey_from_station = survey.survey_from_station;
   for (std::size_t p = 0; p < survey.pairs.size(); ++p) {
     survey.network.reported.push_back(static_cast<int>(2 * p + 1));
   }
@@ -196,6 +197,30 @@ TEST(MakeLinkRecords, CallsALinkDoubtfulThatNothingConfirms) {
   EXPECT_EQ(DescribeDoubtful(records, "S2").find("; doubtful ones to S1, which no loop"), 0U);
   EXPECT_NE(DescribeDoubtful(records, "S1").find("pairs: include"), std::string::npos);
   EXPECT_EQ(DescribeDoubtful(records, "S4"), "");
+}
+
+TEST(MakeLinkRecords, ResidualIsHowFarApartTheSourceStands) {
+  Survey survey(2, 3);
+  survey.network.component = {0, 0, -1};
+  survey.network.survey_from_station = survey.survey_from_station;
+  for (std::size_t p = 0; p < survey.pairs.size(); ++p) {
+    survey.network.reported.push_back(static_cast<int>(2 * p + 1));
+  }
+  const std::size_t joined = survey.Find(0, 1);
+  Pair& pair = survey.pairs[joined];
+  RigidTransform& link = pair.candidates[1].fine.target_from_source;
+  // Turned about the source's own place, which stays, and then moved by 5 mm.
+  link.rotation = ExpSo3(Eigen::Vector3d(0.0, 0.0, 0.01)) * link.rotation;
+  link.translation += Eigen::Vector3d(0.003, 0.0, -0.004);
+  auto records = MakeLinkRecords(survey.stations, survey.pairs, survey.network);
+  EXPECT_NEAR(*records[joined].network_residual_m, 0.005, 1e-12);
+  EXPECT_NEAR(*records[joined].network_residual_deg, 0.01 * kDegrees, 1e-9);
+  EXPECT_FALSE(records[survey.Find(0, 2)].network_residual_m);
+  // Without planes there is no distance from them.
+  EXPECT_FALSE(records[joined].rms_m);
+  pair.candidates[1].fine.rms_m = 0.002;
+  records = MakeLinkRecords(survey.stations, survey.pairs, survey.network);
+  EXPECT_EQ(*records[joined].rms_m, 0.002);
 }
 
 }  // namespace

@@ -24,7 +24,7 @@ PointChunk Points(std::vector<double> x) {
 
 TEST(E57CloudWriter, GivesEveryStationAScanOfItsOwn) {
   const TempDir dir;
-  const E57FileSpec file{dir / "a.e57", "{F}", "", "", {}};
+  const E57FileSpec file{dir / "a.e57", "{F}", "", "", {}, {}};
   std::map<int, E57ScanSpec> scans{{2, Scan("{2}", 2.0)}, {3, Scan("{3}", 3.0)}};
   scans[300] = Scan("{300}", 300.0);
   scans[300].rows = 5;
