@@ -236,6 +236,27 @@ class Resume(unittest.TestCase):
         self.expect_reference()
         self.assertEqual(len(self.redone()), 2)
 
+    def test_split_cloud_is_written_again_where_a_part_is_gone(self):
+        self.project.write_text(self.text.replace("thin_m: 0.02}", "thin_m: 0.02, max_points: 20000}"))
+        self.run_whole()
+        parts = sorted((self.folder / "out").glob("merged-*.las"))
+        self.assertGreater(len(parts), 2)
+        before = [part.read_bytes() for part in parts]
+        self.assertIn("everything is up to date", self.dry_run())
+        parts[1].unlink()
+        self.assertRegex(self.dry_run(), r"merged\.las: outdated \(its files are gone")
+        self.run_whole()
+        self.assertEqual([part.read_bytes() for part in parts], before)
+
+    def test_ranking_of_pairs_is_kept(self):
+        self.project.write_text(self.text + "pair_selection: {strategy: grow}\n")
+        self.run_whole()
+        self.before = artifacts_of(self.folder)
+        self.assertIn("work/network/ranking.artifact", self.before)
+        (self.folder / "work" / "network" / "network.artifact").unlink()
+        self.run_whole()
+        self.assertEqual(self.redone(), ["work/network/network.artifact"])
+
     def test_second_run_is_refused_by_name(self):
         self.forget()
         (self.folder / "work").mkdir()
