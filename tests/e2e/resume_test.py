@@ -65,12 +65,11 @@ class Resume(unittest.TestCase):
         cls.scratch.cleanup()
 
     def setUp(self):
-        """The finished run as it was, whatever the test before did."""
+        """The finished run as it was, with its times, whatever the test before did."""
         self.project.write_text(self.text)
         self.forget()
         shutil.copytree(self.reference / "out", self.folder / "out")
         shutil.copytree(self.reference / "work", self.folder / "work")
-        self.assertEqual(self.run_whole(), [])  # copies of outputs have other times of change
         self.before = artifacts_of(self.folder)
 
     @classmethod
