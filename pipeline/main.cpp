@@ -23,17 +23,24 @@ void AddFolders(CLI::App* command, RunFolders* folders) {
                       "folder for what is finished (default: work/ beside project)");
 }
 
+Stage StageOf(const char* option, const std::string& name) {
+  for (const Stage stage : kStages) {
+    if (ToString(stage) == name) return stage;
+  }
+  throw CLI::ValidationError(option,
+                             "found '" + name + "'; expected stations, pairs, network or outputs");
+}
+
 void AddStages(CLI::App* run, RunArguments* arguments) {
-  std::vector<std::pair<std::string, Stage>> stages;
-  for (const Stage stage : kStages) stages.emplace_back(ToString(stage), stage);
-  run->add_option_function<Stage>(
-         "--from", [=](const Stage& stage) { arguments->stages.from = stage; },
+  run->add_option_function<std::string>(
+         "--from",
+         [=](const std::string& name) { arguments->stages.from = StageOf("--from", name); },
          "do this stage and all after it anew: stations, pairs, network or outputs")
-      ->transform(CLI::CheckedTransformer(stages).description(""))
       ->type_name("STAGE");
-  run->add_option("--only", arguments->stages.last,
-                  "end after this stage; after network with reports, but without clouds")
-      ->transform(CLI::CheckedTransformer(stages).description(""))
+  run->add_option_function<std::string>(
+         "--only",
+         [=](const std::string& name) { arguments->stages.last = StageOf("--only", name); },
+         "end after this stage; after network with reports, but without clouds")
       ->type_name("STAGE");
 }
 

@@ -14,15 +14,13 @@ import campaign
 TEMPORARY = re.compile(r"\.tmp-\d+-\d+$")
 
 
-class Budget(unittest.TestCase):
+class Survey(unittest.TestCase):
+    """A folder for a campaign and its runs; nothing of a test's run is left to the next."""
+
     @classmethod
     def setUpClass(cls):
         cls.scratch = tempfile.TemporaryDirectory(prefix="backsight-budget-")
         cls.folder = pathlib.Path(cls.scratch.name)
-        cls.text = campaign.simulate(cls.folder).replace("merged: []",
-                                                         "merged: [{format: las, path: %s}]")
-        cls.small = cls.folder / "small"
-        cls.small.mkdir()
 
     @classmethod
     def tearDownClass(cls):
@@ -31,6 +29,16 @@ class Budget(unittest.TestCase):
     def setUp(self):
         for name in ("out", "work"):
             shutil.rmtree(self.folder / name, ignore_errors=True)
+
+
+class Budget(Survey):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.text = campaign.simulate(cls.folder).replace("merged: []",
+                                                         "merged: [{format: las, path: %s}]")
+        cls.small = cls.folder / "small"
+        cls.small.mkdir()
 
     def project(self, cloud="out/merged.las", more=""):
         path = self.folder / "survey.yaml"
@@ -130,23 +138,14 @@ class Budget(unittest.TestCase):
         self.assertEqual(again.returncode, 0, again.stderr)
 
 
-class Memory(unittest.TestCase):
+class Memory(Survey):
     """Fine scans and small voxels, which half a gigabyte is just enough for."""
 
     @classmethod
     def setUpClass(cls):
-        cls.scratch = tempfile.TemporaryDirectory(prefix="backsight-memory-")
-        cls.folder = pathlib.Path(cls.scratch.name)
+        super().setUpClass()
         cls.text = campaign.simulate(cls.folder, step_deg=0.2)
         cls.text += "registration: {resolution_m: 0.05}\n"
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.scratch.cleanup()
-
-    def setUp(self):
-        for name in ("out", "work"):
-            shutil.rmtree(self.folder / name, ignore_errors=True)
 
     def run_within(self, memory_gb, text, exit_code):
         """Returns what the run says on stderr; its memory may not exceed the budget."""
