@@ -33,18 +33,16 @@ std::string WorstSigmaCard(const RunRecord& run) {
               "worst formal &sigma; of a position: " + HtmlText(station));
 }
 
-/// `figure` of the accepted link where it is largest.
-std::string WorstLinkCard(const RunRecord& run, std::optional<double> LinkRecord::*figure,
-                          const std::string& meaning) {
+std::string WorstResidualCard(const RunRecord& run) {
   const LinkRecord* worst = nullptr;
   for (const LinkRecord& link : run.links) {
-    if (link.status != LinkStatus::kAccepted || !(link.*figure)) continue;
-    if (worst == nullptr || *(link.*figure) > *(worst->*figure)) worst = &link;
+    if (link.status != LinkStatus::kAccepted || !link.network_residual_m) continue;
+    if (worst == nullptr || *link.network_residual_m > *worst->network_residual_m) worst = &link;
   }
   if (worst == nullptr) return {};
   const std::string name = worst->source + " \xe2\x80\x93 " + worst->target;
-  return Card(FixedText(1000 * *(worst->*figure), 1, meaning + " of link " + name) + " mm",
-              meaning + ": " + HtmlText(name));
+  return Card(FixedText(1000 * *worst->network_residual_m, 1, "residual of link " + name) + " mm",
+              "worst network residual: " + HtmlText(name));
 }
 
 std::string DistanceCard(const RunRecord& run) {
@@ -82,8 +80,7 @@ std::string Cards(const RunRecord& run) {
   html += Card(fmt::format("{} of {}", accepted, run.links.size()), "pairs tried were accepted");
   html += Card(fmt::format("{}", uncontrolled), "accepted links that no loop controls");
   html += WorstSigmaCard(run) + CheckCard(run) + DistanceCard(run);
-  html += WorstLinkCard(run, &LinkRecord::network_residual_m, "worst network residual");
-  html += WorstLinkCard(run, &LinkRecord::rms_m, "worst point-to-plane RMS");
+  html += WorstResidualCard(run);
   return html + "</div>\n";
 }
 
