@@ -104,6 +104,15 @@ SurveyRun RunWithin(double memory_gb, const ProgressFile& progress,
   }
 }
 
+/// What takes room: outputs that are not asked for count as written.
+RunPlan PlanRoom(const SurveyProject& project, const SurveyOptions& options, const std::string& out,
+                 const std::string& work, Stage last) {
+  RunPlan plan = MakeRunPlan(project, options, kRunSeed, out, ArtifactStore(work));
+  if (last == Stage::kOutputs) return plan;
+  for (PlanItem& output : plan.outputs) output.state = ArtifactState::Kind::kUpToDate;
+  return plan;
+}
+
 int RunProject(const RunArguments& arguments, const std::stop_token& stop, RunEvents* events) {
   const Clock::time_point start = Clock::now();
   SurveyOptions options;
@@ -136,7 +145,7 @@ int RunProject(const RunArguments& arguments, const std::stop_token& stop, RunEv
   events->Started(DescribeStart(project, options, context.threads(), out));
   const ArtifactStore store(work, [&](const std::string& what) { context.Warning(what); });
   const double memory_gb = arguments.memory_gb.value_or(project.resources.memory_gb);
-  const RunPlan plan = MakeRunPlan(project, options, kRunSeed, out, ArtifactStore(work));
+  const RunPlan plan = PlanRoom(project, options, out, work, arguments.stages.last);
   RequireRoom(EstimateNeeds(project, out, store, &plan, context), memory_gb, context);
   WakeThreads(context);
   if (!LimitMemory(memory_gb, context.threads())) {

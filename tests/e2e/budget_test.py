@@ -73,6 +73,8 @@ class Budget(Survey):
         self.assertEqual(check.returncode, 6, check.stderr)
         self.assertRegex(check.stderr, too_little)
         self.assertFalse(list((self.folder / "work").rglob("station.artifact")))
+        run = campaign.run(project, "--quiet", "--only", "network")  # which writes no cloud
+        self.assertEqual(run.returncode, 0, run.stderr)
 
     def test_disk_that_fills_up_costs_the_cloud_only(self):
         """A thinned cloud may become as small as it likes, so that nothing can be said before."""
