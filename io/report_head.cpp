@@ -48,9 +48,10 @@ std::string WorstResidualCard(const RunRecord& run) {
 std::string DistanceCard(const RunRecord& run) {
   if (!run.distances) return {};
   const DistanceFigures& total = run.distances->total;
-  return Card(FixedText(1000 * total.p95_m, 1, "distances") + " mm",
-              "95 % of the compared surfaces of two stations are no further apart (median " +
-                  FixedText(1000 * total.median_m, 1, "distances") + " mm)");
+  return Card(
+      FixedText(1000 * total.p95_m, 1, "distances") + " mm",
+      fmt::format("95 % of the {} compared surfaces are no further apart (median {} mm)",
+                  GroupedText(total.samples), FixedText(1000 * total.median_m, 1, "distances")));
 }
 
 std::string CheckCard(const RunRecord& run) {

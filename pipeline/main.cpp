@@ -35,7 +35,8 @@ void AddStages(CLI::App* run, RunArguments* arguments) {
   run->add_option_function<std::string>(
          "--from",
          [=](const std::string& name) { arguments->stages.from = StageOf("--from", name); },
-         "do this stage and all after it anew: stations, pairs, network or outputs")
+         "do this stage and all after it anew: stations, pairs, network or outputs; to go on after "
+         "an interruption leave it out")
       ->type_name("STAGE");
   run->add_option_function<std::string>(
          "--only",
@@ -59,8 +60,12 @@ void AddSlurm(CLI::App* run, RunArguments* arguments) {
   run->add_flag("--final-job", arguments->final_job)->group("");
 }
 
-/// What only jobs of a cluster could heed, or they could not, must not be lost silently.
-void RequireExecutorFor(const RunArguments& arguments) {
+/// What only jobs of a cluster could heed, or they could not, must not be lost silently, nor what
+/// takes itself back.
+void RequireSense(const RunArguments& arguments) {
+  if (arguments.stages.from > arguments.stages.last) {
+    throw CLI::ValidationError("--from", "nothing is left of it: --only ends the run before");
+  }
   if (arguments.executor == Executor::kSlurm) {
     if (arguments.stages.last == Stage::kOutputs) return;
     throw CLI::ValidationError("--only", "a submission always runs to its end; leave it out");
@@ -87,7 +92,7 @@ void AddRun(CLI::App& app, int* code) {
   AddStages(command, arguments.get());
   AddSlurm(command, arguments.get());
   command->callback([=] {
-    RequireExecutorFor(*arguments);
+    RequireSense(*arguments);
     *code = RunCommand(*arguments);
   });
 }

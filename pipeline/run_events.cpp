@@ -47,6 +47,17 @@ void EventFanOut::StageFinished(std::string_view stage, double seconds) {
   for (EventSink* sink : sinks_) sink->StageFinished(stage, seconds);
 }
 
+void WarningMemory::Message(Level level, std::string_view text) {
+  if (level != Level::kWarning) return;
+  const std::scoped_lock lock(mutex_);
+  warnings_.emplace(text);
+}
+
+bool WarningMemory::Holds(const std::string& warning) const {
+  const std::scoped_lock lock(mutex_);
+  return warnings_.contains(warning);
+}
+
 int ExitCodeOf(const std::exception& error) {
   if (dynamic_cast<const FolderInUse*>(&error) != nullptr) return kTryAgain;
   if (dynamic_cast<const SlurmUnreachable*>(&error) != nullptr) return kTryAgain;

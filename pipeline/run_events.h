@@ -2,8 +2,12 @@
 
 #include <chrono>
 #include <exception>
+#include <functional>
+#include <mutex>
 #include <optional>
+#include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/execution.h"
@@ -24,6 +28,19 @@ class EventFanOut : public EventSink {
 
  private:
   std::vector<EventSink*> sinks_;
+};
+
+/// Remembers what was warned of, so that it is not said twice.
+class WarningMemory : public EventSink {
+ public:
+  void Message(Level level, std::string_view text) override;
+  void Progress(std::string_view /*stage*/, std::size_t /*done*/, std::size_t /*total*/) override {}
+  void StageFinished(std::string_view /*stage*/, double /*seconds*/) override {}
+  bool Holds(const std::string& warning) const;
+
+ private:
+  mutable std::mutex mutex_;
+  std::set<std::string, std::less<>> warnings_;
 };
 
 /// The exit code of docs/conventions.md that an exception ends the program with.

@@ -61,6 +61,16 @@ bool IsOnGround(const RunRecord& run) {
   return run.georeference.empty() || run.georeference.front().placed();
 }
 
+std::string FailedGates(const std::vector<GateRecord>& gates) {
+  std::string text;
+  for (const GateRecord& gate : gates) {
+    if (gate.passed) continue;
+    text += fmt::format("{} {} failed: {} (limit {})", text.empty() ? "Gate" : "; gate", gate.name,
+                        gate.value, gate.limit);
+  }
+  return text + ".";
+}
+
 }  // namespace
 
 std::vector<GateRecord> JudgeGates(const GateSpec& gates, const std::vector<PoseRecord>& poses,
@@ -93,15 +103,15 @@ void Judge(const Completion& completion, RunRecord* run) {
   const int usable = static_cast<int>(std::count_if(
       run->poses.begin(), run->poses.end(),
       [](const PoseRecord& pose) { return pose.status != StationStatus::kUnreadable; }));
-  const auto failed = std::find_if(run->gates.begin(), run->gates.end(),
-                                   [](const GateRecord& gate) { return !gate.passed; });
+  const bool failed = std::any_of(run->gates.begin(), run->gates.end(),
+                                  [](const GateRecord& gate) { return !gate.passed; });
   if (usable < 2) {
     run->exit_code = kNoUsableInput;
     run->verdict = fmt::format("No usable input: {} of {} scans could be read.", usable, all);
-  } else if (failed != run->gates.end()) {
+  } else if (failed) {
     run->exit_code = kGateFailed;
-    run->verdict = fmt::format("Gate {} failed: {} (limit {}). {} of {} stations placed.",
-                               failed->name, failed->value, failed->limit, placed, all);
+    run->verdict =
+        fmt::format("{} {} of {} stations placed.", FailedGates(run->gates), placed, all);
   } else if (!IsOnGround(*run)) {
     run->exit_code = kPartial;
     run->verdict = fmt::format(

@@ -126,10 +126,11 @@ SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
   RunRecord unfinished =
       SummarizeRun(project, stations, discovery, network, ground, moving, distances, {});
   if (last == Stage::kNetwork) {
-    unfinished.warnings.emplace_back("clouds and maps were not asked for (--only network)");
-    WriteReports(unfinished, pictures, project.path, out_directory);
+    WriteReports(WithUnfinishedClouds(unfinished, project, out_directory), pictures, project.path,
+                 out_directory);
     clock.Finish("report");
     run.record = std::move(unfinished);
+    run.record.verdict += " Clouds and map were not asked for.";
     return run;
   }
   WriteReports(WithUnfinishedClouds(unfinished, project, out_directory), pictures, project.path,

@@ -140,7 +140,8 @@ int RunProject(const RunArguments& arguments, const std::stop_token& stop, RunEv
   if (arguments.stages.from) ForgetFrom(*arguments.stages.from, work);
   RemoveTemporaries(project, out);
 
-  EventFanOut sinks({events->sink(), &progress});
+  WarningMemory said;
+  EventFanOut sinks({events->sink(), &progress, &said});
   const ExecutionContext context(ThreadsOf(arguments, project), kRunSeed, &sinks, stop);
   events->Started(DescribeStart(project, options, context.threads(), out));
   const ArtifactStore store(work, [&](const std::string& what) { context.Warning(what); });
@@ -154,6 +155,10 @@ int RunProject(const RunArguments& arguments, const std::stop_token& stop, RunEv
   const SurveyRun run = RunWithin(memory_gb, progress, [&] {
     return RunSurvey(project, options, frame, out, context, store, arguments.stages.last);
   });
+  // Terminals, logs and mails are to say all that the report warns of.
+  for (const std::string& warning : run.record.warnings) {
+    if (!said.Holds(warning)) context.Warning(warning);
+  }
   if (arguments.stages.last < Stage::kNetwork) {
     return events->End(run.record.exit_code, run.record.verdict, "");
   }

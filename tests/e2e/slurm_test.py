@@ -115,6 +115,13 @@ class Slurm(unittest.TestCase):
             time.sleep(0.05)
         self.fail(f"no task of {job} ran")
 
+    def wait_for_rounds(self, ids):
+        """Until all jobs have ended, those of rounds that were begun meanwhile too."""
+        self.cluster.wait_for_end(ids)
+        while set(ids) != {job["id"] for job in self.jobs()}:
+            ids = [job["id"] for job in self.jobs()]
+            self.cluster.wait_for_end(ids)
+
     def kill_task_of(self, job):
         task = self.running_task_of(job)
         self.cluster.run("scancel", "--signal=KILL", "--full", task)
@@ -176,14 +183,9 @@ class Slurm(unittest.TestCase):
         self.expect_local_bytes()
 
     def test_growing_discovery_goes_in_rounds(self):
-        """Coordinators have every attempt made by tasks; the final run computes none. One of them
-        is started again."""
+        """Coordinators have every attempt made by tasks; the final run computes none."""
         grown = self.grow()
         follower = self.follow()
-        jobs = self.folder / "work" / "slurm" / "jobs.json"
-        while not jobs.exists() or len(self.jobs()) < 3:
-            time.sleep(0.05)
-        print("requeued", self.requeue_task_of(self.jobs()[1]["id"]))
         _, stderr = follower.communicate(timeout=1200)
         self.assertEqual(follower.returncode, 0, stderr + self.logs())
         self.expect_local_bytes(grown)
@@ -194,14 +196,21 @@ class Slurm(unittest.TestCase):
         self.assertRegex(log, r"[1-9]\d* attempts at pairs are stored, [1-9]\d* are needed next")
         self.assertRegex(log, r"[1-9]\d* attempts at pairs are stored, 0 are needed next")
 
+    def test_coordinator_that_is_started_again_does_no_harm(self):
+        """Where Slurm begins the final job before it, it leaves everything to that."""
+        grown = self.grow()
+        ids = self.submit()
+        print("requeued", self.requeue_task_of(ids[1]))
+        self.wait_for_rounds(ids)
+        self.assertEqual(self.result()["exit_code"], 0, self.logs())
+        self.assertEqual(self.result()["job"], ids[2])
+        self.expect_local_bytes(grown)
+
     def test_without_its_coordinator_the_final_run_does_all_itself(self):
         grown = self.grow()
         ids = self.submit()
         self.cluster.run("scancel", self.running_task_of(ids[1]))
-        while set(ids) != {job["id"] for job in self.jobs()}:  # it had begun a round
-            ids = [job["id"] for job in self.jobs()]
-            self.cluster.wait_for_end(ids)
-        self.cluster.wait_for_end(ids)
+        self.wait_for_rounds(ids)
         self.assertEqual(self.result()["exit_code"], 0, self.logs())
         self.expect_local_bytes(grown)
 

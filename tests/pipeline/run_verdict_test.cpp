@@ -68,6 +68,11 @@ TEST(Judge, AFailedGateOutranksAPartialResult) {
   run.gates = {{"max_station_sigma_mm", "1 mm", "2 mm", false}};
   EXPECT_EQ(Judged(run).exit_code, kGateFailed);
   EXPECT_THAT(Judged(run).verdict, HasSubstr("Gate max_station_sigma_mm failed: 2 mm"));
+  run.gates.push_back({"max_check_rmse_mm", "5 mm, 3D", "no check points", false});
+  EXPECT_EQ(
+      Judged(run).verdict,
+      "Gate max_station_sigma_mm failed: 2 mm (limit 1 mm); gate max_check_rmse_mm failed: no "
+      "check points (limit 5 mm, 3D). 3 of 4 stations placed.");
 }
 
 TEST(JudgeGates, SigmasMustBeKnownAndSmall) {
