@@ -181,10 +181,12 @@ std::string LinkTable(const RunRecord& run) {
              "flat count too. It tells pairs from each other; errors show in the surfaces. Empty: "
              "no planes. Surfaces: distances between both stations' surfaces where they finally "
              "stand (defined below); empty: none could be compared. Weakest &sigma;: formal "
-             "standard deviation of the source "
-             "scanner's place in the direction that the pair alone determines least, and that "
-             "direction; azimuth from the plan's upward axis, clockwise. Network residual: how far "
-             "the source stands apart, by the link and by the adjusted network.</span>");
+             "standard deviation of the source scanner's place in the direction that the pair "
+             "alone "
+             "determines least, and that direction; azimuth from the plan's upward axis, "
+             "clockwise. "
+             "Network residual: how far the source stands apart, by the link and by the adjusted "
+             "network.</span>");
 }
 
 std::string LinkOriginTable(const RunRecord& run) {

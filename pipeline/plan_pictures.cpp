@@ -18,23 +18,25 @@ PictureWindow PlanWindow(const CloudExtent& extent) {
   return PictureWindow::Around(extent.min.head<2>(), extent.max.head<2>(), kWidth, kMaxHeight);
 }
 
-/// Calls `body(pixel, voxel's mean, its share of the voxel's points)` for every pixel that a voxel
-/// covers.
+/// Calls `body(voxel, its mean in the frame of the clouds, half its edge)` for every voxel.
 template <typename Body>
-void ForEachCovered(const PlacedClouds& clouds, const PictureWindow& window,
-                    const ExecutionContext& context, const Body& body) {
+void ForEachVoxel(const PlacedClouds& clouds, const ExecutionContext& context, const Body& body) {
   for (const PlacedStation& placed : clouds.stations) {
     context.CheckStop();
     const double reach_m = 0.5 * placed.station->model.resolution_m();
     for (const VoxelLeaf& leaf : placed.station->model.leaves) {
-      const Eigen::Vector3d p = placed.frame_from_instrument * leaf.cluster.mean;
-      int pixels = 0;
-      window.ForEachPixel(p.head<2>(), reach_m, [&](int, int) { ++pixels; });
-      window.ForEachPixel(p.head<2>(), reach_m, [&](int x, int y) {
-        body(window.At(x, y), p, leaf.cluster.count / pixels);
-      });
+      body(leaf, placed.frame_from_instrument * leaf.cluster.mean, reach_m);
     }
   }
+}
+
+/// Calls `body(pixel, voxel's mean)` for every pixel that a voxel covers.
+template <typename Body>
+void ForEachCovered(const PlacedClouds& clouds, const PictureWindow& window,
+                    const ExecutionContext& context, const Body& body) {
+  ForEachVoxel(clouds, context, [&](const VoxelLeaf&, const Eigen::Vector3d& p, double reach_m) {
+    window.ForEachPixel(p.head<2>(), reach_m, [&](int x, int y) { body(window.At(x, y), p); });
+  });
 }
 
 /// One value per pixel; NaN: nothing was measured there.
@@ -71,10 +73,16 @@ PictureRecord DrawDensity(const PlacedClouds& clouds, const CloudExtent& extent,
   const PictureWindow window = PlanWindow(extent);
   const double pixel_m2 = window.metres_per_pixel * window.metres_per_pixel;
   Values density(window.size(), 0.0);
-  ForEachCovered(clouds, window, context,
-                 [&](std::size_t pixel, const Eigen::Vector3d&, double points) {
-                   density[pixel] += points / pixel_m2;
-                 });
+  std::vector<std::size_t> pixels;
+  ForEachVoxel(
+      clouds, context, [&](const VoxelLeaf& leaf, const Eigen::Vector3d& p, double reach_m) {
+        pixels.clear();
+        window.ForEachPixel(p.head<2>(), reach_m,
+                            [&](int x, int y) { pixels.push_back(window.At(x, y)); });
+        for (const std::size_t pixel : pixels) {
+          density[pixel] += leaf.cluster.count / static_cast<double>(pixels.size()) / pixel_m2;
+        }
+      });
   for (double& value : density) {
     if (value == 0.0) value = std::numeric_limits<double>::quiet_NaN();
   }
@@ -96,7 +104,7 @@ PictureRecord DrawHeights(const PlacedClouds& clouds, const CloudExtent& extent,
                           const ExecutionContext& context) {
   const PictureWindow window = PlanWindow(extent);
   Values heights(window.size(), std::numeric_limits<double>::quiet_NaN());
-  ForEachCovered(clouds, window, context, [&](std::size_t pixel, const Eigen::Vector3d& p, double) {
+  ForEachCovered(clouds, window, context, [&](std::size_t pixel, const Eigen::Vector3d& p) {
     if (!(heights[pixel] >= p.z())) heights[pixel] = p.z();
   });
   const auto [low, high] = Middle(heights);
@@ -114,9 +122,8 @@ PictureRecord DrawDistances(const PlacedClouds& clouds, const CloudExtent& exten
                             const DistanceLimits& limits, const ExecutionContext& context) {
   const PictureWindow window = PlanWindow(extent);
   std::vector<bool> measured(window.size());
-  ForEachCovered(clouds, window, context, [&](std::size_t pixel, const Eigen::Vector3d&, double) {
-    measured[pixel] = true;
-  });
+  ForEachCovered(clouds, window, context,
+                 [&](std::size_t pixel, const Eigen::Vector3d&) { measured[pixel] = true; });
   Values sums(window.size(), 0.0);
   std::vector<int> counts(window.size());
   for (const DistanceSample& sample : samples) {

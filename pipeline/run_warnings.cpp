@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <string>
+#include <string_view>
 
+#include "io/html_table.h"
 #include "pipeline/ground_records.h"
 #include "pipeline/link_records.h"
 
@@ -70,13 +72,13 @@ void AddPairWarnings(const std::vector<Station>& stations, const PairDiscovery& 
 /// Components whose planes were given up: they stand as the pairs alone have them.
 void AddRefinementWarnings(RunRecord* run) {
   for (const ComponentRecord& component : run->components) {
-    if (!component.refinement.starts_with("kept_pose_graph_")) continue;
-    std::string reason = component.refinement.substr(std::string("kept_pose_graph_").size());
-    std::replace(reason.begin(), reason.end(), '_', ' ');
+    constexpr std::string_view kKept = "kept_pose_graph_";
+    if (!component.refinement.starts_with(kKept)) continue;
     run->warnings.push_back(fmt::format(
         "component {}: the planes of all stations gave no better network ({}), that of the pairs "
         "stands",
-        ComponentNumber(component.component), reason));
+        ComponentNumber(component.component),
+        CodeWords(component.refinement.substr(kKept.size()))));
   }
 }
 

@@ -213,10 +213,11 @@ std::optional<NamedSection> ChooseWorst(const CloudExtent& extent,
                                         const std::vector<DistanceSample>& samples) {
   const std::optional<Spot> spot = WorstSpot(samples);
   if (!spot) return std::nullopt;
-  // Level surfaces show in an upright section, all others in a level one.
-  const Eigen::Vector3d normal = SeenFrom(WallDirection(samples));
-  NamedSection worst = spot->level ? Upright("C", normal, normal.dot(spot->middle), extent)
-                                   : Level(spot->middle.z());
+  NamedSection worst = Level(spot->middle.z());
+  if (spot->level) {  // level surfaces show in an upright section
+    const Eigen::Vector3d normal = SeenFrom(WallDirection(samples));
+    worst = Upright("C", normal, normal.dot(spot->middle), extent);
+  }
   worst.detail = worst.section.OnPaper(spot->middle);
   worst.apart_m = spot->median_m;
   return worst;
