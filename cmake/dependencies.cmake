@@ -23,6 +23,7 @@ target_link_libraries(backsight_geographiclib INTERFACE ${GeographicLib_LIBRARIE
 target_include_directories(backsight_geographiclib SYSTEM INTERFACE ${GeographicLib_INCLUDE_DIRS})
 find_package(octomap 1.9 REQUIRED)
 find_package(pugixml REQUIRED)
+pkg_check_modules(HWY REQUIRED IMPORTED_TARGET libhwy)
 pkg_check_modules(ISAL REQUIRED IMPORTED_TARGET libisal)
 pkg_check_modules(XXHASH REQUIRED IMPORTED_TARGET libxxhash)
 find_package(PCL 1.13 REQUIRED COMPONENTS common kdtree search features keypoints)
