@@ -30,12 +30,6 @@ struct flock WholeFile() {
   return whole;
 }
 
-std::string HostName() {
-  std::array<char, 256> name{};
-  ::gethostname(name.data(), name.size() - 1);
-  return name.data();
-}
-
 std::string Introduction() {
   return fmt::format("{} {} {}\n", HostName(), ::getpid(),
                      UtcText(std::chrono::system_clock::now()));
@@ -53,6 +47,12 @@ LockHolder ReadHolder(int file) {
 }
 
 }  // namespace
+
+std::string HostName() {
+  std::array<char, 256> name{};
+  ::gethostname(name.data(), name.size() - 1);
+  return name.data();
+}
 
 FolderLock::FolderLock(const std::string& folder) {
   std::error_code error;

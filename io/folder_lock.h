@@ -38,6 +38,9 @@ class FolderLock {
   int file_ = -1;
 };
 
+/// This machine's, as lock holders are told.
+std::string HostName();
+
 /// Who holds the lock of the folder now; nobody where there is none.
 std::optional<LockHolder> HolderOf(const std::string& folder);
 

@@ -206,6 +206,25 @@ std::vector<CloudOutput> AllClouds(const SurveyProject& project, const std::stri
   return clouds;
 }
 
+std::vector<CloudOutput> CloudsOfNetwork(const SurveyProject& project,
+                                         const std::string& out_directory,
+                                         const std::vector<int>& component) {
+  std::set<int> components(component.begin(), component.end());
+  components.erase(components.begin(), components.lower_bound(0));
+  std::vector<CloudOutput> clouds;
+  for (const CloudOutput& output : MergedOutputs(project, out_directory)) {
+    for (const int number : components) {
+      clouds.push_back(output);
+      clouds.back().path = ComponentPath(output.path, number);
+    }
+  }
+  const std::vector<CloudOutput> stations = StationOutputs(project);
+  for (std::size_t s = 0; s < stations.size(); ++s) {
+    if (component[s] >= 0) clouds.push_back(stations[s]);
+  }
+  return clouds;
+}
+
 void RequireFreeNames(const SurveyProject& project, const std::string& out_directory) {
   if (project.outputs.merged) return;
   const CloudOutput usual = MergedOutputs(project, out_directory).front();

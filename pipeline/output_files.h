@@ -34,6 +34,12 @@ std::vector<CloudOutput> StationOutputs(const SurveyProject& project);
 /// MergedOutputs, then StationOutputs.
 std::vector<CloudOutput> AllClouds(const SurveyProject& project, const std::string& out_directory);
 
+/// Those of AllClouds that a network makes whose stations are in the given components (from 0;
+/// below 0: not placed), with a merged cloud for every component.
+std::vector<CloudOutput> CloudsOfNetwork(const SurveyProject& project,
+                                         const std::string& out_directory,
+                                         const std::vector<int>& component);
+
 /// A file as it lies on the disk now; absent if it cannot be looked at.
 std::optional<WrittenCloud> DescribeFile(const std::string& path);
 

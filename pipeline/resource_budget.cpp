@@ -129,7 +129,7 @@ std::uint64_t CloudBytes(const CloudOutput& cloud, std::uint64_t points) {
   return points * (cloud.format == CloudFormat::kE57 ? kE57RecordBytes : kRecordBytes);
 }
 
-/// Paths of clouds that are on the disk and may stay there.
+/// Paths of clouds that are not to be written, because they lie there or have no station.
 std::set<std::string> WrittenClouds(const std::vector<CloudOutput>& clouds,
                                     const ArtifactStore& store, const RunPlan* plan) {
   std::set<std::string> written;
@@ -139,8 +139,12 @@ std::set<std::string> WrittenClouds(const std::vector<CloudOutput>& clouds,
     }
     return written;
   }
+  std::set<std::string> to_write;
   for (const PlanItem& output : plan->outputs) {
-    if (output.done() || output.unsure) written.insert(output.unit);
+    if (!output.done() && !output.unsure) to_write.insert(output.unit);
+  }
+  for (const CloudOutput& cloud : clouds) {
+    if (!to_write.contains(cloud.path)) written.insert(cloud.path);
   }
   return written;
 }

@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <csignal>
+#include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <utility>
 
@@ -23,6 +26,14 @@ std::string OneLine(std::string text) {
   std::replace_if(
       text.begin(), text.end(), [](unsigned char c) { return c < ' ' || c == 127; }, '?');
   return text;
+}
+
+/// A summary that stdout does not take, as where its disk is full, is no silent success.
+void PrintLine(const std::string& line) {
+  const std::string text = line + "\n";
+  const bool whole = std::fwrite(text.data(), 1, text.size(), stdout) == text.size();
+  if (std::fflush(stdout) == 0 && whole) return;
+  fmt::print(stderr, "stdout did not take the summary line ({}): {}", std::strerror(errno), text);
 }
 
 std::string MakeFolderFor(const std::string& path) {
@@ -111,7 +122,7 @@ int RunEvents::End(int exit_code, const std::string& verdict, const std::string&
   if (log_) log_->RunFinished(exit_code, OneLine(verdict), wall.count());
   last_line_ = OneLine(verdict + more);
   exit_code_ = exit_code;
-  if (started_) fmt::print("{}\n", last_line_);
+  if (started_) PrintLine(last_line_);
   return exit_code;
 }
 

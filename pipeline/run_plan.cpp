@@ -4,13 +4,18 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <iterator>
 #include <map>
 #include <optional>
 #include <set>
 
 #include "core/error.h"
+#include "io/output_names.h"
 #include "pipeline/artifacts/artifact_keys.h"
+#include "pipeline/artifacts/fault_record.h"
+#include "pipeline/artifacts/load_artifact.h"
+#include "pipeline/artifacts/network_artifact.h"
 #include "pipeline/artifacts/output_units.h"
 #include "pipeline/artifacts/scan_fingerprints.h"
 #include "pipeline/cloud_outputs.h"
@@ -80,10 +85,20 @@ class Planner {
                        [&](const std::string& unit) { return unsure_.contains(unit); });
   }
 
+  /// What the last run failed at is the same fault again until something is changed.
+  void AddFault(const std::string& name, const ArtifactKey& key, PlanItem* item) {
+    if (item->done()) return;
+    const std::optional<std::string> fault = KnownFault(store_, name, key);
+    if (!fault) return;
+    item->why = *fault;
+    item->failed = true;
+    item->unsure = false;
+  }
+
   static std::vector<std::string> Undone(const std::vector<PlanItem>& items) {
     std::vector<std::string> undone;
     for (const PlanItem& item : items) {
-      if (!item.done()) undone.push_back(item.unit);
+      if (!item.done() && !item.failed) undone.push_back(item.unit);
     }
     return undone;
   }
@@ -105,6 +120,8 @@ class Planner {
       item.why = "only a run reads its scan, which is new or was written to";
       unsure_.insert(item.unit);
     }
+    AddFault(name, scan ? key : StationKey(base_, spec, UnreadFingerprint(spec.scan)), &item);
+    if (item.failed) station.fault = item.why;
     stations_.push_back(std::move(station));
     plan_.stations.push_back(std::move(item));
   }
@@ -127,7 +144,7 @@ class Planner {
   void PlanPairs() {
     const auto usable = static_cast<int>(std::count_if(
         stations_.begin(), stations_.end(), [](const Station& s) { return s.usable(); }));
-    exhaustive_ = IsExhaustive(usable, base_.options.pair_selection);
+    plan_.all_pairs = IsExhaustive(usable, base_.options.pair_selection);
     for (const Pair& pair : backsight::PlanPairs(stations_, project_.pairs)) {
       const auto s = static_cast<std::size_t>(pair.source);
       const auto t = static_cast<std::size_t>(pair.target);
@@ -135,12 +152,14 @@ class Planner {
       for (const std::string_view method : {"full", "predicted", "thorough", "symmetries"}) {
         const std::string name =
             PairArtifactName(stations_[s].spec.id, stations_[t].spec.id, method);
-        const bool wanted = exhaustive_ && method == "full";
+        const bool wanted = plan_.all_pairs && method == "full";
         if (!wanted && !IsUsed(name, NameOf(s, t))) continue;
         const std::string unit =
             fmt::format("pair {} {} {}", stations_[s].spec.id, stations_[t].spec.id, method);
         const ArtifactKey key = PairKey(base_, method, stations_[s], stations_[t], {}, "");
-        plan_.pairs.push_back(Judge(unit, name, key, UndoneEnds(s, t)));
+        PlanItem item = Judge(unit, name, key, UndoneEnds(s, t));
+        AddFault(name, key, &item);
+        plan_.pairs.push_back(std::move(item));
       }
     }
   }
@@ -173,7 +192,7 @@ class Planner {
     }
     const bool subset =
         std::includes(planned_.begin(), planned_.end(), stored.begin(), stored.end());
-    return !subset || (exhaustive_ && stored != planned_);
+    return !subset || (plan_.all_pairs && stored != planned_);
   }
 
   void PlanNetwork() {
@@ -189,15 +208,32 @@ class Planner {
 
   void PlanOutputs(const std::string& out_directory) {
     const ArtifactKey base = OutputsKey(base_, project_, network_digest_);
-    for (const CloudOutput& cloud : AllClouds(project_, out_directory)) {
+    const std::vector<int> component = Components();
+    for (const CloudOutput& cloud : CloudsOfNetwork(project_, out_directory, component)) {
       PlanOutput(cloud.path, CloudKey(cloud, {}, base));
     }
     const MapOutput map = WantedMap(project_, out_directory);
-    if (!map.path.empty()) PlanOutput(map.path, MapKey(map, 0, base));
+    if (map.path.empty() || component.empty()) return;
+    for (int c = 0; c <= *std::max_element(component.begin(), component.end()); ++c) {
+      PlanOutput(ComponentPath(map.path, c), MapKey(map, c, base));
+    }
+  }
+
+  /// Of the stations, by the stored network where that stays; otherwise all in one, as is hoped.
+  std::vector<int> Components() const {
+    const std::vector<int> together(project_.stations.size(), 0);
+    if (!plan_.network.front().done()) return together;
+    const ArtifactKey stored = ArtifactKey::OfText(store_.Look(kNetworkName, {}).key_text);
+    const auto network = LoadArtifact(store_, kNetworkName, stored, NetworkFrom);
+    return network && network->component.size() == together.size() ? network->component : together;
   }
 
   void PlanOutput(const std::string& path, const ArtifactKey& key) {
     PlanItem item = Judge(path, OutputArtifactName(path), key, Undone(plan_.network));
+    if (item.state == Kind::kMissing && std::filesystem::exists(path)) {
+      item.state = Kind::kOutdated;
+      item.why = "what lies there is an earlier run's";
+    }
     if (item.done() && !LiesAsWritten(store_, path)) {
       item.state = Kind::kOutdated;
       item.why = "its files are gone or not as they were written";
@@ -214,7 +250,6 @@ class Planner {
   std::set<std::string> planned_;                           // "pair S2 S1"
   std::set<std::string> unsure_;                            // units that only a run can judge
   std::set<std::string> same_again_;  // units to be done whose results, by their keys, are known
-  bool exhaustive_ = true;
   std::string network_digest_;
   RunPlan plan_;
 };
@@ -251,6 +286,7 @@ void Restrict(const StageRange& stages, RunPlan* plan) {
 }
 
 std::string StateText(const PlanItem& item) {
+  if (item.failed) return "failed";
   if (item.unsure) return "not known";
   switch (item.state) {
     case Kind::kUpToDate:

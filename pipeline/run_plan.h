@@ -17,6 +17,8 @@ struct PlanItem {
   std::string why;  ///< what changed, what is damaged, or what it depends on; may be empty
   /// Whether only a run can tell, which would read a scan for it; the state is then kOutdated.
   bool unsure = false;
+  /// Whether the last run failed at it, as `why` says. A run tries again; nothing waits for it.
+  bool failed = false;
 
   bool done() const { return state == ArtifactState::Kind::kUpToDate; }
 };
@@ -26,6 +28,7 @@ struct PlanItem {
 struct RunPlan {
   std::vector<PlanItem> stations;
   std::vector<PlanItem> pairs;
+  bool all_pairs = true;  ///< otherwise `pairs` are those that the stored network was made from
   std::vector<PlanItem> network;  ///< and what moved
   std::vector<PlanItem> outputs;
 
@@ -43,7 +46,7 @@ void Restrict(const StageRange& stages, RunPlan* plan);
 /// How many are up to date.
 std::size_t CountDone(const std::vector<PlanItem>& items);
 
-/// "up to date", "missing", "outdated", "damaged", "not known".
+/// "up to date", "missing", "outdated", "damaged", "not known", "failed".
 std::string StateText(const PlanItem& item);
 
 }  // namespace backsight

@@ -23,6 +23,17 @@ LinkRecord MakeSkippedRecord(const std::vector<Station>& stations, const Skipped
   return record;
 }
 
+/// Pairs that were none, because a scan could not be used: whoever counts pairs finds all of them.
+void AddPairsOfUnusable(const std::vector<Station>& stations, std::vector<LinkRecord>* links) {
+  for (std::size_t t = 0; t < stations.size(); ++t) {
+    for (std::size_t s = t + 1; s < stations.size(); ++s) {
+      if (stations[s].usable() && stations[t].usable()) continue;
+      links->push_back(MakeSkippedRecord(
+          stations, {static_cast<int>(s), static_cast<int>(t), "unusable_station"}));
+    }
+  }
+}
+
 int CountAccepted(const std::vector<LinkRecord>& links, const std::string& station) {
   return static_cast<int>(std::count_if(links.begin(), links.end(), [&](const LinkRecord& link) {
     return link.status == LinkStatus::kAccepted &&
@@ -92,6 +103,7 @@ RunRecord SummarizeRun(const SurveyProject& project, const std::vector<Station>&
   for (const SkippedPair& skipped : discovery.skipped) {
     run.links.push_back(MakeSkippedRecord(stations, skipped));
   }
+  AddPairsOfUnusable(stations, &run.links);
   for (std::size_t s = 0; s < stations.size(); ++s) {
     run.scans.push_back(stations[s].record);
     run.scans.back().moving = moving.Of(s).points;

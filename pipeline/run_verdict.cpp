@@ -56,6 +56,23 @@ GateRecord JudgeCheckPoints(double limit_mm, const std::vector<GeoreferenceRecor
           worst.points > 0 && rmse_mm <= limit_mm};
 }
 
+/// "5, not S4 (its scan cannot be used)": how many are in the main network, and who is not.
+std::string PlacedText(const std::vector<PoseRecord>& poses) {
+  constexpr std::size_t kNamed = 5;
+  std::vector<std::string> missing;
+  for (const PoseRecord& pose : poses) {
+    if (pose.status == StationStatus::kRegistered && pose.component == 0) continue;
+    missing.push_back(pose.station + (pose.status == StationStatus::kUnreadable
+                                          ? " (its scan cannot be used)"
+                                          : ""));
+  }
+  std::string text = fmt::format("{}", CountPlaced(poses));
+  for (std::size_t m = 0; m < std::min(kNamed, missing.size()); ++m) {
+    text += (m == 0 ? ", not " : ", ") + missing[m];
+  }
+  return text + (missing.size() > kNamed ? " and others" : "");
+}
+
 /// False if there is control and it does not place the main network.
 bool IsOnGround(const RunRecord& run) {
   return run.georeference.empty() || run.georeference.front().placed();
@@ -92,7 +109,7 @@ std::vector<GateRecord> JudgeGates(const GateSpec& gates, const std::vector<Pose
   if (gates.require_all_stations) {
     const int placed = CountPlaced(poses);
     judged.push_back({"require_all_stations", fmt::format("{} in one network", poses.size()),
-                      fmt::format("{}", placed), placed == static_cast<int>(poses.size())});
+                      PlacedText(poses), placed == static_cast<int>(poses.size())});
   }
   return judged;
 }

@@ -1,10 +1,13 @@
 #include "pipeline/run_warnings.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <set>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "io/html_table.h"
 #include "pipeline/ground_records.h"
@@ -50,6 +53,30 @@ void AddLinkWarnings(RunRecord* run) {
                                           link.source, link.target, link.fine_status));
     }
   }
+}
+
+/// Accepted links that no figure and no picture of distances speaks of.
+void AddDistanceWarnings(RunRecord* run) {
+  std::set<std::set<std::string>> compared;
+  const auto pairs = run->distances ? run->distances->pairs : std::vector<PairDistanceRecord>();
+  for (const PairDistanceRecord& pair : pairs) {
+    if (pair.figures.samples > 0) compared.emplace(pair.stations.begin(), pair.stations.end());
+  }
+  std::vector<std::string> silent;
+  for (const LinkRecord& link : run->links) {
+    if (link.status != LinkStatus::kAccepted || compared.contains({link.source, link.target})) {
+      continue;
+    }
+    silent.push_back(link.source + " - " + link.target);
+  }
+  if (silent.empty()) return;
+  constexpr std::size_t kNamed = 10;
+  const auto end = silent.begin() + static_cast<std::ptrdiff_t>(std::min(kNamed, silent.size()));
+  run->warnings.push_back(fmt::format(
+      "{} accepted link(s) join stations without plane surfaces to compare, so that the distances "
+      "say nothing of them: {}{}",
+      silent.size(), fmt::join(silent.begin(), end, ", "),
+      silent.size() > kNamed ? " and others" : ""));
 }
 
 /// Attempts at pairs that ended before their end.
@@ -131,6 +158,7 @@ void AddWarnings(const SurveyProject& project, const std::vector<Station>& stati
                  const GeoreferencedNetwork& ground, RunRecord* run) {
   AddPoseWarnings(run);
   AddLinkWarnings(run);
+  AddDistanceWarnings(run);
   AddPairWarnings(stations, discovery, run);
   AddRefinementWarnings(run);
   AddPlacementWarnings(stations, network, run);

@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "core/fingerprint.h"
 #include "pipeline/artifacts/artifact_keys.h"
+#include "pipeline/artifacts/fault_record.h"
 #include "pipeline/artifacts/load_artifact.h"
 #include "pipeline/artifacts/station_artifact.h"
 #include "stages/station_symmetries.h"
@@ -101,6 +102,7 @@ void LoadStation(const SurveyOptions& options, const ExecutionContext& context,
   ComputeStation(options, context, station);
   RequireUnchanged(station->spec.scan, station->scan, context);
   store.Store(name, key, StationBytes(*station));
+  ForgetFault(store, name);
 }
 
 void RefuseCopies(std::vector<Station>* stations) {
@@ -132,6 +134,11 @@ void LoadGuarded(const SurveyOptions& options, const ExecutionContext& context,
     station->short_of_memory = true;
   } catch (const std::exception& error) {
     station->fault = error.what();
+    const std::string scan = station->scan.fingerprint.empty()
+                                 ? UnreadFingerprint(station->spec.scan)
+                                 : station->scan.fingerprint;
+    KeepFault(store, StationArtifactName(station->spec.id),
+              StationKey({options, context.seed()}, station->spec, scan), station->fault);
   }
 }
 

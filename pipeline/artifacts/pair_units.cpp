@@ -2,6 +2,7 @@
 
 #include <new>
 
+#include "pipeline/artifacts/fault_record.h"
 #include "pipeline/artifacts/load_artifact.h"
 #include "pipeline/artifacts/pair_artifact.h"
 
@@ -107,8 +108,13 @@ bool PairUnits::Run(const PairAttempt& attempt, const Compute& compute, Pair* pa
   if (!store_.keeps() || !pair->fault.empty()) return ComputeGuarded(compute, pair);
   if (Restore(attempt, pair)) return true;
   const ArtifactKey key = KeyOf(attempt, *pair);
-  if (!ComputeGuarded(compute, pair)) return false;
-  store_.Store(NameOf(attempt, *pair), key, PairBytes(*pair));
+  const std::string name = NameOf(attempt, *pair);
+  if (!ComputeGuarded(compute, pair)) {
+    if (!pair->fault.empty()) KeepFault(store_, name, key, pair->fault);
+    return false;
+  }
+  store_.Store(name, key, PairBytes(*pair));
+  ForgetFault(store_, name);
   pair->digest = key.Digest();
   return true;
 }

@@ -71,6 +71,10 @@ std::optional<std::string> ScanFingerprints::Known(const std::string& path) cons
   return fingerprint;
 }
 
+std::string UnreadFingerprint(const std::string& path) {
+  return "unread " + StampOf(path).Digest();
+}
+
 void RequireUnchanged(const std::string& path, const ScanIdentity& before,
                       const ExecutionContext& context) {
   if (StampOf(path).text() == before.stamp) return;

@@ -46,6 +46,9 @@ class ScanFingerprints {
   std::map<std::string, File> files_;
 };
 
+/// Stands for the content of a file that cannot be read: another as soon as the file is changed.
+std::string UnreadFingerprint(const std::string& path);
+
 /// Throws InputError if the file no longer holds what it did. Reads it only where its stamp is
 /// another.
 void RequireUnchanged(const std::string& path, const ScanIdentity& before,

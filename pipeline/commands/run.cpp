@@ -18,6 +18,7 @@
 #include "pipeline/commands/commands.h"
 #include "pipeline/commands/run_on_slurm.h"
 #include "pipeline/control_frame.h"
+#include "pipeline/latest_run.h"
 #include "pipeline/output_files.h"
 #include "pipeline/progress_file.h"
 #include "pipeline/resource_budget.h"
@@ -127,6 +128,7 @@ int RunProject(const RunArguments& arguments, const std::stop_token& stop, RunEv
   const FolderLock lock = arguments.final_job ? LockWhenFree(work, waiting()) : FolderLock(work);
   ProgressFile progress(work);
   RequireNoJobs(work, arguments.force, waiting());
+  NoteBeginning(work);
   // What earlier jobs left must be told apart from what this run leaves.
   if (arguments.final_job) {
     ForgetSlurmResult(work);
@@ -170,9 +172,12 @@ int RunProject(const RunArguments& arguments, const std::stop_token& stop, RunEv
                           (fs::path(out) / "report.html").string());
 }
 
-/// For whoever follows the jobs. An interrupted final job has no result: Slurm may start it again.
+/// For `status` and whoever follows the jobs. An interrupted final job has no result: Slurm may
+/// start it again.
 void KeepResult(const RunArguments& arguments, const RunEvents& events) {
-  if (!arguments.final_job) return;
+  NoteEnding(arguments.folders.WorkDirectory(), events.exit_code(), events.last_line());
+  const int code = events.exit_code();
+  if (!arguments.final_job || code == kInterrupted || code == kTerminated) return;
   WriteSlurmResult(arguments.folders.WorkDirectory(),
                    {OwnJob(), events.exit_code(), events.last_line()});
 }
@@ -199,7 +204,9 @@ int RunCommand(const RunArguments& arguments) {
     KeepResult(arguments, events);
     return code;
   } catch (const Interrupted&) {
-    return events.Interrupted(StopSignal());
+    const int code = events.Interrupted(StopSignal());
+    KeepResult(arguments, events);
+    return code;
   } catch (const std::exception& error) {
     events.Failed(error);
     KeepResult(arguments, events);

@@ -7,6 +7,7 @@
 #include "io/run_json.h"
 #include "pipeline/checked_project.h"
 #include "pipeline/commands/commands.h"
+#include "pipeline/latest_run.h"
 #include "pipeline/output_files.h"
 #include "pipeline/progress_file.h"
 #include "pipeline/run_plan.h"
@@ -86,6 +87,22 @@ void PrintRun(const std::string& work, const JobStates& states) {
   fmt::print("\n");
 }
 
+/// How the last run ended, and the one that wrote the reports: a run that is killed writes none.
+void PrintLast(const OpenedProject& opened) {
+  const std::optional<LatestRun> run = ReadLatestRun(opened.work);
+  if (run && run->ending) {
+    fmt::print("last run: ended at {}: {} (exit code {})\n", run->ending->at_utc, run->ending->line,
+               run->ending->exit_code);
+  } else if (run && !HolderOf(opened.work)) {
+    fmt::print(
+        "last run: begun at {} on {}, process {}; it was killed, or the machine went down; run "
+        "again to go on\n",
+        run->since_utc, run->host, run->process);
+  }
+  const std::optional<LastRun> report = ReadLastRun(opened.out);
+  if (report) fmt::print("last report: {} (exit code {})\n", report->verdict, report->exit_code);
+}
+
 /// "2 RUNNING, 4 PENDING"
 std::string StatesOf(const SlurmJob& job, const std::vector<QueuedJob>& queued) {
   std::map<std::string, int> states;
@@ -136,11 +153,10 @@ int StatusCommand(const RunFolders& folders) {
   PrintRun(opened.work, states);
   PrintJobs(opened.work, states);
   PrintGroup("stations", plan.stations);
-  PrintGroup("pairs", plan.pairs);
+  PrintGroup(plan.all_pairs ? "pairs" : "pairs of the stored network", plan.pairs);
   PrintGroup("network", plan.network);
   PrintGroup("outputs", plan.outputs);
-  const std::optional<LastRun> last = ReadLastRun(opened.out);
-  if (last) fmt::print("last report: {} (exit code {})\n", last->verdict, last->exit_code);
+  PrintLast(opened);
   return kComplete;
 }
 

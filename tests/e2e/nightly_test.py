@@ -78,7 +78,7 @@ class Nightly(unittest.TestCase):
         run = subprocess.run(start, cwd=self.folder, capture_output=True, text=True)
         self.assertEqual((run.returncode, run.stdout), (0, ""), run.stderr)
         subject, recipient, text = self.mailed_by(stop, "0")
-        self.assertTrue(subject.startswith("backsight: Complete: "), subject)
+        self.assertRegex(subject, r"^backsight, \S+ on \S+: Complete: ")
         self.assertEqual(recipient, "surveyor@example.com")
         self.assertRegex(text, r"^Complete: .*report\.html\n\nExit status 0: complete")
 
@@ -126,7 +126,8 @@ class Nightly(unittest.TestCase):
     def test_mail_holds_the_summary_line_and_the_exit_code(self):
         line = "Partial: 4 of 5 stations placed $(id) `id` %s. Report: /srv/out/report.html"
         subject, recipient, text = self.mail(line + "\n", "3")
-        self.assertEqual(subject, "backsight: " + line.split(" Report:")[0])
+        here = f"backsight, {self.folder.name} on {os.uname().nodename}: "
+        self.assertEqual(subject, here + line.split(" Report:")[0])
         self.assertEqual(recipient, "someone@example.com")
         self.assertTrue(text.startswith(line + "\n\nExit status 3: partial"), text)
 

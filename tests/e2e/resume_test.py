@@ -100,6 +100,11 @@ class Resume(unittest.TestCase):
         return sorted(name for name, written in now.items()
                       if self.before.get(name) != written and not name.startswith("work/scans/"))
 
+    def status(self):
+        run = subprocess.run([campaign.PROGRAM, "status", self.project], capture_output=True,
+                             check=True, text=True)
+        return run.stdout
+
     def dry_run(self):
         run = subprocess.run([campaign.PROGRAM, "run", self.project, "--dry-run"],
                              capture_output=True, check=True, text=True)
@@ -310,11 +315,10 @@ class Resume(unittest.TestCase):
 
     def test_status_says_what_is_done_and_how_it_ended(self):
         shutil.rmtree(self.folder / "work" / "stations" / "S5")
-        status = subprocess.run([campaign.PROGRAM, "status", self.project], capture_output=True,
-                                text=True, check=True)
-        self.assertIn("stations: 5 of 6 up to date\n  station S5: missing", status.stdout)
-        self.assertIn("network: 2 of 2 up to date", status.stdout)  # it will be the same again
-        self.assertRegex(status.stdout, r"last report: Complete: .*\(exit code 0\)")
+        status = self.status()
+        self.assertIn("stations: 5 of 6 up to date\n  station S5: missing", status)
+        self.assertIn("network: 2 of 2 up to date", status)  # it will be the same again
+        self.assertRegex(status, r"last report: Complete: .*\(exit code 0\)")
 
     def test_plan_knows_the_program_by_what_it_starts_with(self):
         """Threads load more libraries, and a plan without stations starts none."""
@@ -354,11 +358,52 @@ class Resume(unittest.TestCase):
                                                       "require_all_stations: false"))
             self.run_whole(exit_code=3)
             report = (self.folder / "out" / "report.json").read_text()
+            links = (self.folder / "out" / "links.csv").read_text()
+            status, plan = self.status(), self.dry_run()
+            before = artifacts_of(self.folder)
+            self.run_whole(exit_code=3)
+            again = artifacts_of(self.folder)
         finally:
             scan.write_bytes(original)
         self.assertIn("5 of 6 stations placed", report)
         line = original[:half].count(b"\n") + 1
         self.assertRegex(report, rf"S4\.ptx:{line}\b")
+        self.assertEqual(links.count("unusable_station"), 5)
+        for text in (status, plan):
+            self.assertRegex(text, rf"\n  station S4: failed \(.*S4\.ptx:{line}\b")
+        self.assertEqual(plan.count("\n"), 2, plan)  # nothing waits for what cannot be read
+        self.assertIn("network: 2 of 2 up to date", status)
+        self.assertRegex(status, r"last run: ended at .*: Partial: .* \(exit code 3\)")
+        self.assertEqual({name for name in again if again[name] != before.get(name)},
+                         {"work/stations/S4/station-fault.artifact"})
+
+    def test_pair_that_failed_is_known(self):
+        self.project.write_text(self.text + "resources: {pair_limit_s: 0.000001}\n")
+        shutil.rmtree(self.folder / "work" / "pairs" / "S2__S1")
+        self.run_whole(exit_code=3)
+        plan = self.dry_run()
+        self.assertRegex(plan, r"\n  pair S2 S1 full: failed \(.*longer")
+        self.assertEqual(plan.count("\n"), 2, plan)
+        self.project.write_text(self.text)
+        self.run_whole()
+        self.expect_reference()
+        self.assertIn("everything is up to date", self.dry_run())
+
+    def test_status_tells_a_killed_run_from_one_that_ended(self):
+        self.assertRegex(self.status(), r"last run: ended at .*: Complete: .* \(exit code 0\)")
+        shutil.rmtree(self.folder / "work" / "network")
+        process = start(self.project, 2)
+        time.sleep(0.3)
+        process.kill()
+        process.communicate()
+        status = self.status()
+        self.assertRegex(status, rf"last run: begun at .*, process {process.pid}; it was killed")
+        self.assertRegex(status, r"last report: Complete: .*\(exit code 0\)")
+        process = start(self.project, 2)
+        time.sleep(0.3)
+        process.terminate()
+        process.communicate()
+        self.assertRegex(self.status(), r"last run: ended at .*: Interrupted: .* \(exit code 143\)")
 
 
 if __name__ == "__main__":

@@ -101,6 +101,14 @@ class RunEvents(unittest.TestCase):
         self.expect(run, 3, b"Partial: 4 of 5 stations placed")
         self.assertEqual(run.stderr.count(b"the event log goes no further"), 1, run.stderr)
 
+    def test_summary_that_stdout_does_not_take_is_said(self):
+        project = self.project(self.good)
+        with open("/dev/full", "wb") as full:
+            run = subprocess.run([campaign.PROGRAM, "run", project, "--quiet"], stdout=full,
+                                 stderr=subprocess.PIPE, check=False)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertRegex(run.stderr, rb"stdout did not take the summary line .*: Complete: all 4")
+
     def test_failed_gate_is_said_although_nobody_reads_the_log_any_more(self):
         project = self.project(self.good + "gates: {max_station_sigma_mm: 0.001}\n")
         process, log = self.start_with_pipe(project)

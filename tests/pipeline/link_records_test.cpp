@@ -185,7 +185,7 @@ TEST(MakeLinkRecords, CallsALinkDoubtfulThatNothingConfirms) {
   doubt(0, 2, VerificationResult::Reason::kNone);
   doubt(1, 2, VerificationResult::Reason::kFreeSpace);
   survey.Fate(1, 2).refuted = true;
-  const auto records = MakeLinkRecords(survey.stations, survey.pairs, survey.network);
+  auto records = MakeLinkRecords(survey.stations, survey.pairs, survey.network);
   ASSERT_EQ(records.size(), 3U);
   EXPECT_EQ(ToString(records[survey.Find(0, 1)].status), "doubtful");
   EXPECT_EQ(records[survey.Find(0, 1)].reason, "free_space_conflict");
@@ -195,7 +195,19 @@ TEST(MakeLinkRecords, CallsALinkDoubtfulThatNothingConfirms) {
   EXPECT_EQ(records[survey.Find(1, 2)].reason, "refuted_by_views");
 
   EXPECT_EQ(DescribeDoubtful(records, "S2").find("; doubtful ones to S1, which no loop"), 0U);
-  EXPECT_NE(DescribeDoubtful(records, "S1").find("pairs: include"), std::string::npos);
+  const auto advises_pairs = [&] {
+    return DescribeDoubtful(records, "S1").find("pairs: include") != std::string::npos;
+  };
+  EXPECT_FALSE(advises_pairs());
+  LinkRecord skipped;
+  skipped.source = "S4";
+  skipped.target = "S1";
+  skipped.status = LinkStatus::kSkipped;
+  skipped.reason = "unusable_station";  // which could not be tried either
+  records.push_back(skipped);
+  EXPECT_FALSE(advises_pairs());
+  records.back().reason = "not_similar";
+  EXPECT_TRUE(advises_pairs());
   EXPECT_EQ(DescribeDoubtful(records, "S4"), "");
 }
 

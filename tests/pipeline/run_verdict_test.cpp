@@ -93,6 +93,21 @@ TEST(JudgeGates, SigmasMustBeKnownAndSmall) {
   EXPECT_EQ(judge().value, "no station placed");
 }
 
+TEST(JudgeGates, NamesTheStationsThatAreNotPlaced) {
+  GateSpec gates;
+  gates.require_all_stations = true;
+  RunRecord run = WholeRun();
+  const auto judge = [&] { return JudgeGates(gates, run.poses, {}).at(0); };
+  EXPECT_TRUE(judge().passed);
+  EXPECT_EQ(judge().value, "4");
+  run.poses[1].station = "B";
+  run.poses[2].station = "C";
+  run.poses[1].status = StationStatus::kUnreadable;
+  run.poses[2].component = 1;
+  EXPECT_FALSE(judge().passed);
+  EXPECT_EQ(judge().value, "2, not B (its scan cannot be used), C");
+}
+
 TEST(JudgeGates, CheckPointsMustBeThere) {
   GateSpec gates;
   gates.max_check_rmse_mm = 5.0;
