@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_pipeline.h>
 #include <tbb/task_arena.h>
 
 #include <thread>
@@ -68,6 +69,37 @@ void ExecutionContext::ParallelFor(std::size_t n, const std::function<void(std::
   // Isolated: whoever waits for a nested loop takes up none of the outer loop's work meanwhile,
   // whose time and memory would count as its own.
   arena_->arena.execute([&] { tbb::this_task_arena::isolate(loop); });
+}
+
+std::size_t ExecutionContext::StreamSlots() const {
+  constexpr std::size_t kAhead = 2;  // read and not yet begun, or done and not yet written
+  const auto threads = static_cast<std::size_t>(this->threads());
+  return threads == 1 ? 1 : threads + kAhead;
+}
+
+void ExecutionContext::Stream(std::size_t slots, const std::function<bool(std::size_t)>& read,
+                              const std::function<void(std::size_t)>& work,
+                              const std::function<void(std::size_t)>& write) const {
+  // Tokens leave in the order in which they came, so that of `slots` tokens at most the one that
+  // used a slot before has left when it is used again.
+  std::size_t next = 0;
+  const auto source = [&](tbb::flow_control& flow) {
+    CheckStop();
+    const std::size_t slot = next++ % slots;
+    if (!read(slot)) flow.stop();
+    return slot;
+  };
+  const auto pass = [&] {
+    tbb::parallel_pipeline(
+        slots, tbb::make_filter<void, std::size_t>(tbb::filter_mode::serial_in_order, source) &
+                   tbb::make_filter<std::size_t, std::size_t>(tbb::filter_mode::parallel,
+                                                              [&](std::size_t slot) {
+                                                                work(slot);
+                                                                return slot;
+                                                              }) &
+                   tbb::make_filter<std::size_t, void>(tbb::filter_mode::serial_in_order, write));
+  };
+  arena_->arena.execute([&] { tbb::this_task_arena::isolate(pass); });
 }
 
 void ExecutionContext::Send(EventSink::Level level, std::string_view text) const {

@@ -51,6 +51,16 @@ class ExecutionContext {
   void ParallelFor(std::size_t n, const std::function<void(std::size_t)>& body,
                    std::size_t grain = 1) const;
 
+  /// How many slots keep all threads of Stream busy.
+  std::size_t StreamSlots() const;
+  /// Passes work through `slots` (>= 1) places of the caller's, numbered from 0: `read` fills one
+  /// after another until it returns false, `work` goes on side by side, and `write` takes them in
+  /// the order of reading, one after another. Calls CheckStop before every read. The first
+  /// exception is rethrown. With one slot, or one thread, everything happens in turn.
+  void Stream(std::size_t slots, const std::function<bool(std::size_t slot)>& read,
+              const std::function<void(std::size_t slot)>& work,
+              const std::function<void(std::size_t slot)>& write) const;
+
  private:
   struct Arena;
   void Send(EventSink::Level level, std::string_view text) const;

@@ -20,6 +20,7 @@
 #include "pipeline/version.h"
 #include "stages/merging.h"
 #include "stages/surface_incidence.h"
+#include "stages/tabulated_map.h"
 
 namespace backsight {
 namespace {
@@ -138,6 +139,16 @@ std::vector<WrittenFile> WriteE57(const CloudOutput& output, const std::vector<i
   return {{output.path, writer->Finish()}};
 }
 
+/// The exact way of a point takes longer than to read and to write it.
+OutputMap OutputMapOf(const GeoreferencedNetwork& ground) {
+  constexpr double kCell_m = 4.0;        // the Earth bends by 1e-6 m within it
+  constexpr double kTolerance_m = 2e-6;  // a fiftieth of what LAS can tell
+  const auto map = std::make_shared<TabulatedMap>(
+      [&ground](const Eigen::Vector3d& enu) { return ground.OutputFromEnu(enu); }, kCell_m,
+      kTolerance_m);
+  return [map](std::span<Eigen::Vector3d> points) { map->Apply(points); };
+}
+
 /// Writes the stations, all of one component, as one cloud to output.path.
 OutputFiles WriteCloud(const CloudOutput& output, const std::vector<int>& stations,
                        const OutputSource& source, const ExecutionContext& context) {
@@ -147,7 +158,7 @@ OutputFiles WriteCloud(const CloudOutput& output, const std::vector<int>& statio
       source.network.component[static_cast<std::size_t>(stations.front())]);
   const bool in_crs = ground.frame && ground.parts[component].placed();
   MergeOptions merge;
-  if (in_crs) merge.map = [&](const Eigen::Vector3d& enu) { return ground.OutputFromEnu(enu); };
+  if (in_crs) merge.map = OutputMapOf(ground);
   merge.thin_m = output.thin_m;
   merge.without_moving = output.without_moving;
   merge.thinning.path = output.path + ".thin";

@@ -3,6 +3,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -35,7 +36,8 @@ struct MergeStation {
   /// Cosine of the angle at which the beam met the surface at a point of the scan, station frame
   /// (SurfaceIncidence); empty: never known. Asked for in the order of reading, when thinning.
   std::function<std::optional<double>(const Eigen::Vector3d&)> cos_incidence;
-  /// Whether a point of the scan, station frame, is of something that moved; empty: none is.
+  /// Whether a point of the scan, station frame, is of something that moved; empty: none is. Must
+  /// be safe for several threads.
   std::function<bool(const Eigen::Vector3d&)> is_moving;
 };
 
@@ -43,8 +45,9 @@ struct MergeStation {
 /// (LAS 1.4 R15, table 17).
 inline constexpr std::uint8_t kMovingClass = 64;
 
-/// From the shared frame to the coordinates of the output; empty: they are the same.
-using OutputMap = std::function<Eigen::Vector3d(const Eigen::Vector3d&)>;
+/// Takes points from the shared frame to the coordinates of the output, in place; empty: they are
+/// the same. Must be safe for several threads.
+using OutputMap = std::function<void(std::span<Eigen::Vector3d>)>;
 
 /// Which points of the stations a cloud holds, and in what coordinates.
 struct MergeOptions {
@@ -68,9 +71,10 @@ struct CloudBounds {
 CloudBounds MergedBounds(const std::vector<MergeStation>& stations, const MergeOptions& options);
 
 /// Reads every station's scan once more and hands its points to `writer`; when thinning twice: of
-/// each cell the point of least PointUncertainty is kept (CloudThinning). Streams; memory is
-/// constant, when thinning that of options.thinning. Returns the number of points written; the
-/// caller finishes the writer. Throws InputError for a scan that has changed.
+/// each cell the point of least PointUncertainty is kept (CloudThinning). Streams: chunks are read
+/// and written in their order, and worked on by all threads meanwhile; memory is constant for a
+/// number of threads, when thinning that of options.thinning beside it. Returns the number of
+/// points written; the caller finishes the writer. Throws InputError for a scan that has changed.
 std::uint64_t MergeClouds(const std::vector<MergeStation>& stations, const MergeOptions& options,
                           CloudWriter& writer, const ExecutionContext& context);
 

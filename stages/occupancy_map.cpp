@@ -34,12 +34,18 @@ class MemoryGuard {
               const ExecutionContext& context)
       : map_(map), options_(options), context_(context) {}
 
+  /// The map has grown: looks at all of it.
+  void Measure() {
+    map_bytes_ = map_.memoryUsage();
+    Check(0);
+  }
+
   /// `crossed` voxels are held beside the map.
   void Check(std::size_t crossed) const {
     constexpr std::size_t kKeyBytes = 48;  // of a key in a hash set
     context_.CheckStop();
     // The file is a copy of what the map holds.
-    const std::size_t needed = 2 * map_.memoryUsage() + crossed * kKeyBytes;
+    const std::size_t needed = 2 * map_bytes_ + crossed * kKeyBytes;
     if (needed <= options_.memory_bytes) return;
     throw InputError({"outputs.map",
                       fmt::format("resolution_m: {} needs more than {} MB of memory",
@@ -51,6 +57,7 @@ class MemoryGuard {
   const octomap::OcTree& map_;
   const OccupancyMapOptions& options_;
   const ExecutionContext& context_;
+  std::size_t map_bytes_ = 0;
 };
 
 /// The voxels in which the station measured what stands still.
@@ -89,12 +96,12 @@ std::string DrawOccupancyMap(const std::vector<PlacedSurface>& surfaces,
                              const OccupancyMapOptions& options, const ExecutionContext& context) {
   constexpr bool kLazy = true;
   octomap::OcTree map(options.resolution_m);
-  const MemoryGuard guard(map, options, context);
+  MemoryGuard guard(map, options, context);
   for (std::size_t s = 0; s < surfaces.size(); ++s) {
     for (const auto& key : StillVoxels(map, surfaces[s], moving[s], options.scale)) {
       map.updateNode(key, true, kLazy);
     }
-    guard.Check(0);
+    guard.Measure();
   }
   for (std::size_t s = 0; s < surfaces.size(); ++s) {
     if (!surfaces[s].surface.scanner_credible) continue;
@@ -105,7 +112,7 @@ std::string DrawOccupancyMap(const std::vector<PlacedSurface>& surfaces,
       const bool is_occupied = node != nullptr && map.isNodeOccupied(node);
       if (!is_occupied) map.updateNode(key, false, kLazy);
     }
-    guard.Check(0);
+    guard.Measure();
   }
   map.updateInnerOccupancy();
   map.prune();

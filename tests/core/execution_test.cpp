@@ -52,6 +52,70 @@ TEST(ParallelFor, OneThreadRunsInOrder) {
   for (std::size_t i = 0; i < order.size(); ++i) EXPECT_EQ(order[i], i);
 }
 
+/// What comes out of Stream when 200 numbers go in, and how often several were worked on at once.
+std::vector<int> Streamed(const ExecutionContext& context, std::size_t slots, int* met) {
+  std::vector<int> values(slots, -1);
+  std::vector<int> written;
+  std::atomic<int> inside = 0;
+  std::atomic<int> meetings = 0;
+  int next = 0;
+  context.Stream(
+      slots,
+      [&](std::size_t slot) {
+        EXPECT_EQ(values[slot], -1) << "a slot that is in use";
+        if (next == 200) return false;
+        values[slot] = next++;
+        return true;
+      },
+      [&](std::size_t slot) {
+        if (++inside > 1) ++meetings;
+        std::this_thread::sleep_for(std::chrono::microseconds(values[slot] % 7 * 100));
+        values[slot] *= 2;
+        --inside;
+      },
+      [&](std::size_t slot) {
+        written.push_back(values[slot]);
+        values[slot] = -1;
+      });
+  *met = meetings;
+  return written;
+}
+
+TEST(Stream, KeepsTheOrderOfReading) {
+  std::vector<int> expected;
+  for (int i = 0; i < 200; ++i) expected.push_back(2 * i);
+  for (const int threads : {1, 2, 4}) {
+    const ExecutionContext context(threads);
+    for (const std::size_t slots : {std::size_t{1}, std::size_t{3}, context.StreamSlots()}) {
+      int met = 0;
+      EXPECT_EQ(Streamed(context, slots, &met), expected) << threads << " " << slots;
+      if (threads == 1 || slots == 1) {
+        EXPECT_EQ(met, 0);
+      } else {
+        EXPECT_GT(met, 0) << threads << " threads never worked side by side";
+      }
+    }
+  }
+}
+
+TEST(Stream, PassesOnWhatIsThrownAndStopsWhereAsked) {
+  const ExecutionContext context(2);
+  const auto nothing = [](std::size_t) {};
+  const auto forever = [](std::size_t) { return true; };
+  const auto fail = [](std::size_t) { throw std::runtime_error("broken"); };
+  EXPECT_THROW(context.Stream(4, forever, fail, nothing), std::runtime_error);
+  EXPECT_THROW(context.Stream(4, forever, nothing, fail), std::runtime_error);
+  std::stop_source source;
+  const ExecutionContext stopped(2, 0, nullptr, source.get_token());
+  int reads = 0;
+  const auto read = [&](std::size_t) {
+    if (++reads == 10) source.request_stop();
+    return true;
+  };
+  EXPECT_THROW(stopped.Stream(4, read, nothing, nothing), Interrupted);
+  EXPECT_EQ(reads, 10);
+}
+
 TEST(ParallelFor, EndsWhereAStopIsRequested) {
   std::stop_source source;
   const ExecutionContext context(1, 0, nullptr, source.get_token());

@@ -2,6 +2,9 @@
 
 #include <gmock/gmock.h>
 
+#include <bit>
+#include <cstdlib>
+#include <random>
 #include <vector>
 
 #include "io/text_fields.h"
@@ -85,6 +88,53 @@ TEST(TextFields, SplitsAndQuotes) {
   EXPECT_EQ(fields[0], "");
   EXPECT_EQ(Quoted("a\nb"), "'a\\x0ab'");
   EXPECT_EQ(Quoted(std::string(50, 'a')), "'" + std::string(40, 'a') + "...'");
+}
+
+/// What the C library reads, or nothing where it does not read all.
+std::optional<double> ReadByLibrary(const std::string& text) {
+  char* end = nullptr;
+  const double value = std::strtod(text.c_str(), &end);
+  if (text.empty() || *end != '\0') return std::nullopt;
+  return value;
+}
+
+TEST(ParseNumber, ReadsTheNearestDoubleAsTheLibraryDoes) {
+  std::mt19937_64 random(7);
+  std::vector<std::string> texts = {"9007199254740993",
+                                    "9007199254740992",
+                                    "0.1",
+                                    "-0",
+                                    "-0.0",
+                                    "123.",
+                                    ".5",
+                                    "-.5",
+                                    "18446744073709551615",
+                                    "99999999999999999999",
+                                    "-",
+                                    ".",
+                                    "-.",
+                                    "1.2.3",
+                                    "--1",
+                                    "1-",
+                                    "0.00000000000000000001234567",
+                                    "5e-324",
+                                    "1e400x"};
+  for (int i = 0; i < 200000; ++i) {
+    std::string text = std::to_string(random() >> random() % 60);
+    if (random() % 8 != 0)
+      text.insert(text.begin() + static_cast<long>(random() % text.size()), '.');
+    if (random() % 2 == 0) text.insert(text.begin(), '-');
+    if (random() % 32 == 0) text.append("e").append(std::to_string(random() % 40));
+    texts.push_back(text);
+  }
+  for (const std::string& text : texts) {
+    const std::optional<double> expected = ReadByLibrary(text);
+    const std::optional<double> found = ParseNumber(text);
+    ASSERT_EQ(found.has_value(), expected.has_value()) << text;
+    if (!found) continue;
+    ASSERT_EQ(std::bit_cast<std::uint64_t>(*found), std::bit_cast<std::uint64_t>(*expected))
+        << text;
+  }
 }
 
 }  // namespace

@@ -126,7 +126,8 @@ std::vector<Kept> ThinnedInMemory(const std::vector<MergeStation>& stations,
         const Eigen::Vector3d p(chunk.x[i], chunk.y[i], chunk.z[i]);
         if (p.norm() < 1.0 || p.norm() > 14.0 || p.cwiseAbs().maxCoeff() > 9.5) continue;
         const Eigen::Vector3d placed = station.frame_from_station * (station.scale * p);
-        const Eigen::Vector3d output = options.map ? options.map(placed) : placed;
+        Eigen::Vector3d output = placed;
+        if (options.map) options.map({&output, 1});
         if (options.crop && ((output.array() < options.crop->min.array()).any() ||
                              (output.array() > options.crop->max.array()).any())) {
           continue;
@@ -206,7 +207,9 @@ TEST_F(CloudThinningTest, HoldsOnePointPerCell) {
 TEST_F(CloudThinningTest, ThinsWhatTheCropBoxLeavesInStationAndOutputFrames) {
   const std::vector<MergeStation> stations = RandomStations(true);
   MergeOptions options = Thin(0.5, 2000);
-  options.map = [](const Eigen::Vector3d& p) { return Eigen::Vector3d(2.0 * p.y(), p.x(), p.z()); };
+  options.map = [](std::span<Eigen::Vector3d> points) {
+    for (Eigen::Vector3d& p : points) p = Eigen::Vector3d(2.0 * p.y(), p.x(), p.z());
+  };
   options.crop = CropBox{{-9.0, -7.0, -4.0}, {11.0, 8.0, 1.0}};
   const std::vector<Kept> flat = Merged(stations, options);
   EXPECT_EQ(flat, ThinnedInMemory(stations, options));

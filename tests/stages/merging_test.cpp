@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 
+#include <array>
+#include <cmath>
 #include <map>
 
 namespace backsight {
@@ -71,6 +73,40 @@ MergeOptions Crop(double min_x, double max_x) {
   return options;
 }
 
+/// Everything that a writer is given, in its order.
+class RecordingWriter : public CloudWriter {
+ public:
+  void Write(const PointChunk& chunk, int station_number) override {
+    for (std::size_t i = 0; i < chunk.size(); ++i) {
+      points.push_back({static_cast<double>(station_number), chunk.x[i], chunk.y[i], chunk.z[i]});
+    }
+  }
+  std::uint64_t Finish() override { return points.size(); }
+
+  std::vector<std::array<double, 4>> points;
+};
+
+TEST(MergeClouds, TheSameForAnyNumberOfThreads) {
+  std::vector<double> x;
+  for (int i = 0; i < 3000; ++i) x.push_back(std::fmod(0.37 * i, 60.0));
+  const std::vector<MergeStation> stations{Line(1, 10.0, x), Line(2, -3.0, x)};
+  for (const double thin_m : {0.0, 0.2}) {
+    std::vector<std::array<double, 4>> first;
+    for (const int threads : {1, 2, 5}) {
+      MergeOptions options = Crop(-2.0, 55.0);
+      options.thin_m = thin_m;
+      options.thinning.path = "threads";
+      RecordingWriter writer;
+      const ExecutionContext context(threads);
+      const std::uint64_t written = MergeClouds(stations, options, writer, context);
+      EXPECT_EQ(written, writer.points.size());
+      if (threads == 1) first = writer.points;
+      EXPECT_GT(writer.points.size(), 200U);
+      EXPECT_EQ(writer.points, first) << thin_m << " " << threads;
+    }
+  }
+}
+
 TEST(MergeClouds, KeepsCellsWhereAScanHasThem) {
   KeepingWriter writer;
   EXPECT_EQ(MergeClouds({Line(1, 10.0, {1, 60, 3}, true), Line(2, 0.0, {5})}, {}, writer,
@@ -96,8 +132,8 @@ TEST(MergeClouds, PointsOfStationFramesAreWhatWasScannedTimesTheScale) {
 
 TEST(MergeClouds, CropsInTheCoordinatesOfTheOutput) {
   MergeOptions options = Crop(1002.0, 1003.0);
-  options.map = [](const Eigen::Vector3d& p) {
-    return Eigen::Vector3d(p.x() + 1000.0, p.y(), p.z());
+  options.map = [](std::span<Eigen::Vector3d> points) {
+    for (Eigen::Vector3d& p : points) p.x() += 1000.0;
   };
   const std::vector<MergeStation> stations{Line(1, 0.0, {1, 2, 3, 4}), Line(2, 1.0, {1, 2, 9})};
   KeepingWriter writer;
