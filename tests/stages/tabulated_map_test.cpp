@@ -87,9 +87,8 @@ TEST(TabulatedMap, TheSameForAnyNumberOfThreadsAndAnyOrder) {
   alone.Apply(expected);
   TabulatedMap shared(Bent, 4.0, 2e-6);
   std::vector<Eigen::Vector3d> mapped(points.rbegin(), points.rend());
-  ExecutionContext(4).ParallelFor(200, [&](std::size_t i) {
-    shared.Apply(std::span(mapped).subspan(100 * i, 100));
-  });
+  ExecutionContext(4).ParallelFor(
+      200, [&](std::size_t i) { shared.Apply(std::span(mapped).subspan(100 * i, 100)); });
   std::reverse(mapped.begin(), mapped.end());
   EXPECT_EQ(mapped, expected);
 }
