@@ -73,7 +73,7 @@ std::vector<std::int32_t> Ranks(const std::vector<double>& values) {
   }
   std::sort(order.begin(), order.end(),
             [&](std::uint32_t a, std::uint32_t b) { return values[a] < values[b]; });
-  std::vector<std::int32_t> ranks(values.size(), 0);
+  std::vector<std::int32_t> ranks(values.size() + LeafGrid::kPadding, 0);
   std::int32_t rank = 0;
   for (std::size_t k = 0; k < order.size(); ++k) {
     if (k == 0 || values[order[k - 1]] < values[order[k]]) ++rank;
@@ -138,7 +138,7 @@ std::vector<std::uint8_t> Suppress(const LeafGrid& grid, const std::vector<std::
     std::vector<std::int32_t> candidate_ranks;
     for (std::uint32_t cell = cells.begin; cell < cells.end; ++cell) {
       search.EnterCell(cell);
-      search.Gather(ranks, &candidate_ranks);
+      search.Gather(ranks, 0, &candidate_ranks);
       const LeafGrid::Range places = grid.Cell(cell);
       for (std::uint32_t place = places.begin; place < places.end; ++place) {
         if (ranks[place] == 0 || SuppressedInCell(grid, places, place, ranks, smallest_radius_m)) {

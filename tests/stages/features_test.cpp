@@ -53,12 +53,13 @@ void ExpectExactNeighborhoods(std::span<const Eigen::Vector3f> points, double ed
   for (std::uint32_t place = 0; place < grid.size(); ++place) {
     leaves.push_back(grid.LeafAt(place));
   }
+  leaves.resize(leaves.size() + LeafGrid::kPadding);
   BallSearch search(grid, radius_m);
   std::vector<std::uint32_t> candidates;
   std::size_t visited = 0;
   for (std::size_t cell = 0; cell < grid.cell_count(); ++cell) {
     search.EnterCell(cell);
-    search.Gather(leaves, &candidates);
+    search.Gather(leaves, 0U, &candidates);
     for (std::uint32_t place = grid.Cell(cell).begin; place < grid.Cell(cell).end; ++place) {
       std::vector<std::uint32_t> found;
       for (const std::uint32_t j : search.Around(place)) found.push_back(candidates[j]);
