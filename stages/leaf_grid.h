@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/execution.h"
+#include "stages/neighborhood_moments.h"
 
 namespace backsight {
 
@@ -53,6 +54,10 @@ class LeafGrid {
   std::uint32_t LeafAt(std::size_t place) const { return leaves_[place]; }
   /// Coordinates along axis 0 to 2, by place, padded.
   const std::vector<float>& Axis(std::size_t axis) const { return axes_[axis]; }
+
+  Coordinates At(std::size_t place) const {
+    return {axes_[0][place], axes_[1][place], axes_[2][place]};
+  }
 
   /// Replaces `ranges` by places that hold every point closer than `radius_m` to any point of the
   /// cell, and more. `state` must have seen this grid and radius only.
@@ -110,6 +115,8 @@ class BallSearch {
   float squared_radius() const { return squared_radius_; }
   /// The candidates' coordinates along axis 0 to 2, padded by kFarAway.
   const float* Axis(std::size_t axis) const { return axes_[axis].data(); }
+  /// The same with the padding.
+  CandidateColumns Candidates() const { return {Axis(0), Axis(1), Axis(2), padded_count()}; }
   /// The candidates' values of a padded column by place, padded by `padding`. `values` may come out
   /// longer.
   template <class T>

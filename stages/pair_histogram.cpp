@@ -1,7 +1,5 @@
 #include "stages/pair_histogram.h"
 
-#include <algorithm>
-
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "stages/pair_histogram.cpp"
 #include <hwy/foreach_target.h>
@@ -22,13 +20,12 @@ using Mask = hn::Mask<FloatTag>;
 /// Bins are symmetric about the middle one. An angle is |its| bins beyond the middle as there are
 /// edges that it has passed.
 constexpr std::size_t kEdges = PairHistogram::kBins / 2;
-using Edges = std::array<float, kEdges>;
 /// cot(k pi / 11)^2 with the sign of the cotangent, k = 1, 3, 5, 7, 9.
-constexpr Edges kAngleEdges = {11.5987056F, 0.750830798F, 0.0206721978F, -0.208560913F,
-                               -2.42123052F};
+constexpr float kAngleEdges[kEdges] = {11.5987056F, 0.750830798F, 0.0206721978F, -0.208560913F,
+                                       -2.42123052F};
 /// (11 / k)^2.
-constexpr Edges kCosineEdges = {121.0F, 121.0F / 9.0F, 121.0F / 25.0F, 121.0F / 49.0F,
-                                121.0F / 81.0F};
+constexpr float kCosineEdges[kEdges] = {121.0F, 121.0F / 9.0F, 121.0F / 25.0F, 121.0F / 49.0F,
+                                        121.0F / 81.0F};
 
 /// Pairs past each edge: those on the positive side in the lower half of a lane, those on the
 /// negative side in the upper half.
@@ -43,7 +40,7 @@ struct Increments {
 
 /// Edge k is passed where low < high * edges[k].
 HWY_INLINE void CountPassed(Floats low, Floats high, Mask is_negative, const Increments& increments,
-                            const Edges& edges, Passed* passed) {
+                            const float* edges, Passed* passed) {
   const FloatTag df;
   const CountTag di;
   const Counts increment =
@@ -60,7 +57,7 @@ HWY_INLINE Floats Dot(Floats ax, Floats ay, Floats az, Floats bx, Floats by, Flo
 }
 
 /// Adds the pairs of one side to the bins of a block: `passed[k]` of `pairs` are past edge k.
-void AddSide(const std::array<std::uint32_t, kEdges>& passed, int step, std::uint32_t* middle) {
+void AddSide(const std::uint32_t* passed, int step, std::uint32_t* middle) {
   for (std::size_t k = 0; k < kEdges; ++k) {
     const std::uint32_t next = k + 1 < kEdges ? passed[k + 1] : 0;
     middle[static_cast<std::ptrdiff_t>(k + 1) * step] += passed[k] - next;
@@ -70,8 +67,8 @@ void AddSide(const std::array<std::uint32_t, kEdges>& passed, int step, std::uin
 
 void AddToBins(const Passed& passed, std::uint32_t pairs, std::uint32_t* bins) {
   const CountTag di;
-  std::array<std::uint32_t, kEdges> positive;
-  std::array<std::uint32_t, kEdges> negative;
+  std::uint32_t positive[kEdges];
+  std::uint32_t negative[kEdges];
   for (std::size_t k = 0; k < kEdges; ++k) {
     const auto sum = static_cast<std::uint32_t>(hn::GetLane(hn::SumOfLanes(di, passed.edges[k])));
     positive[k] = sum & 0xFFFFU;
@@ -140,9 +137,9 @@ HWY_INLINE void CountBatch(const OrientedPoint& p, const OrientedColumns& others
   }
   histogram->neighbors += static_cast<std::uint32_t>(neighbors);
   const auto counted = static_cast<std::uint32_t>(pairs);
-  AddToBins(f1, counted, histogram->counts.data());
-  AddToBins(f2, counted, histogram->counts.data() + PairHistogram::kBins);
-  AddToBins(f3, counted, histogram->counts.data() + 2 * PairHistogram::kBins);
+  AddToBins(f1, counted, histogram->counts);
+  AddToBins(f2, counted, histogram->counts + PairHistogram::kBins);
+  AddToBins(f3, counted, histogram->counts + 2 * PairHistogram::kBins);
 }
 
 PairHistogram CountAll(const OrientedPoint& point, const OrientedColumns& others,
@@ -156,7 +153,7 @@ PairHistogram CountAll(const OrientedPoint& point, const OrientedColumns& others
                                 others.nx + begin,
                                 others.ny + begin,
                                 others.nz + begin,
-                                std::min(kBatch, others.count - begin)};
+                                HWY_MIN(kBatch, others.count - begin)};
     CountBatch(point, batch, squared_radius, &histogram);
   }
   return histogram;

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 
@@ -23,7 +22,7 @@ struct OrientedColumns {
 /// How often each bin of the three angles of FPFH was met, and by how many points.
 struct PairHistogram {
   static constexpr std::size_t kBins = 11;
-  std::array<std::uint32_t, 3 * kBins> counts{};
+  std::uint32_t counts[3 * kBins] = {};
   std::uint32_t neighbors = 0;  ///< points within the radius, with angles or without
 };
 
