@@ -76,7 +76,7 @@ StationFeatures ComputeFeatures(const StationModel& model, const FeatureOptions&
   StationFeatures features;
   features.normals = EstimateNormals(grid, options.normal_radius * resolution_m, context);
   features.scanner_credible =
-      OrientNormals(model, model.scanner_known, &features.normals).scanner_credible;
+      OrientNormals(model, model.scanner_known, context, &features.normals).scanner_credible;
   context.CheckStop();
   const auto keypoints = FindIssKeypoints(grid, MakeIssParameters(options, resolution_m), context);
   context.CheckStop();

@@ -1,6 +1,5 @@
 #include "stages/normals.h"
 
-#include <Eigen/Eigenvalues>
 #include <limits>
 
 #include "stages/neighborhood_moments.h"
@@ -13,14 +12,6 @@ std::array<double, 6> ScatterAboutMean(const NeighborhoodMoments& m) {
   const double per_point = 1.0 / m.count;
   return {m.xx - m.x * m.x * per_point, m.xy - m.x * m.y * per_point, m.xz - m.x * m.z * per_point,
           m.yy - m.y * m.y * per_point, m.yz - m.y * m.z * per_point, m.zz - m.z * m.z * per_point};
-}
-
-/// Where the two smallest eigenvalues are nearly one, only the iterative solver finds a direction.
-Eigen::Vector3d IterativeLeastDirection(const SymmetricColumns& matrices, std::size_t i) {
-  const auto& [xx, xy, xz, yy, yz, zz] = matrices.elements;
-  Eigen::Matrix3d matrix;
-  matrix << xx[i], xy[i], xz[i], xy[i], yy[i], yz[i], xz[i], yz[i], zz[i];
-  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(matrix).eigenvectors().col(0);
 }
 
 /// Normals of the cells of one run after another.
@@ -42,24 +33,17 @@ class NormalEstimator {
         counts_[place - first] = moments.count;
       }
     }
-    FindLeastDirections(scatters_, &directions_);
+    const std::vector<Eigen::Vector3d> directions = LeastDirections(scatters_);
     for (std::uint32_t i = 0; i < scatters_.count; ++i) {
-      if (counts_[i] >= 3) (*normals)[grid_.LeafAt(first + i)] = Direction(i).cast<float>();
+      if (counts_[i] >= 3) (*normals)[grid_.LeafAt(first + i)] = directions[i].cast<float>();
     }
   }
 
  private:
-  Eigen::Vector3d Direction(std::size_t i) const {
-    constexpr double kSafe = 1e-7;  // far above the rounding of the cross product, 1e-16
-    if (!(directions_.certainty[i] > kSafe)) return IterativeLeastDirection(scatters_, i);
-    return {directions_.axes[0][i], directions_.axes[1][i], directions_.axes[2][i]};
-  }
-
   const LeafGrid& grid_;
   BallSearch search_;
   SymmetricColumns scatters_;
   std::vector<std::uint32_t> counts_;
-  DirectionColumns directions_;
 };
 
 }  // namespace

@@ -56,7 +56,7 @@ void BM_Orientation(benchmark::State& state) {
   const Station& s = TheStation();
   for (auto _ : state) {
     std::vector<Eigen::Vector3f> normals = s.features.normals;
-    benchmark::DoNotOptimize(OrientNormals(s.model, false, &normals));
+    benchmark::DoNotOptimize(OrientNormals(s.model, false, s.context, &normals));
   }
 }
 
