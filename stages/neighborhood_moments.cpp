@@ -13,71 +13,105 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Candidate j is summed in lane j mod kLanes, however many lanes a vector has.
+/// How many candidates are looked at before the neighbours among them are summed.
+constexpr std::size_t kBatch = 1024;
+/// The j-th neighbour of a batch is summed in lane j mod kLanes, however many lanes a vector has.
 constexpr std::size_t kLanes = 8;
 constexpr std::size_t kSums = 9;  // x y z xx xy xz yy yz zz
+
+/// Distances are compared many at a time.
+constexpr std::size_t kMostFloats = 16;
+using WideTag = hn::CappedTag<float, kMostFloats>;
 
 using DoubleTag = hn::CappedTag<double, kLanes>;
 using FloatTag = hn::Rebind<float, DoubleTag>;
 using Doubles = hn::Vec<DoubleTag>;
-using Floats = hn::Vec<FloatTag>;
+
+/// Neighbours; behind them is room for a vector.
+struct alignas(64) Neighbors {
+  float x[kBatch + kMostFloats], y[kBatch + kMostFloats], z[kBatch + kMostFloats];
+};
 
 struct alignas(64) LaneSums {
-  double lanes[kSums][kLanes];
+  double lanes[kSums][kLanes] = {};
 };
 
 /// As float, because a reference in float decides who is a neighbour.
-HWY_INLINE Floats SquaredDistances(Floats x, Floats y, Floats z, const Coordinates& center) {
-  const FloatTag df;
-  const Floats dx = hn::Sub(x, hn::Set(df, center.x));
-  const Floats dy = hn::Sub(y, hn::Set(df, center.y));
-  const Floats dz = hn::Sub(z, hn::Set(df, center.z));
+template <class Tag>
+HWY_INLINE hn::Vec<Tag> SquaredDistances(Tag d, hn::Vec<Tag> x, hn::Vec<Tag> y, hn::Vec<Tag> z,
+                                         const Coordinates& center) {
+  const auto dx = hn::Sub(x, hn::Set(d, center.x));
+  const auto dy = hn::Sub(y, hn::Set(d, center.y));
+  const auto dz = hn::Sub(z, hn::Set(d, center.z));
   return hn::Add(hn::Add(hn::Mul(dx, dx), hn::Mul(dy, dy)), hn::Mul(dz, dz));
 }
 
-/// Sums the lanes of vectors that begin at lane `begin`. Returns the number of neighbours.
-HWY_INLINE std::size_t SumLanes(const CandidateColumns& candidates, const Coordinates& center,
-                                float squared_radius, std::size_t begin, LaneSums* sums) {
+/// Gathers without a branch, of which every other would be mispredicted. Returns their number;
+/// behind them stand points that are in one place with the centre.
+HWY_INLINE std::size_t GatherNeighbors(const CandidateColumns& candidates, std::size_t begin,
+                                       std::size_t end, const Coordinates& center,
+                                       float squared_radius, Neighbors* neighbors) {
+  const WideTag d;
+  const auto radius = hn::Set(d, squared_radius);
+  std::size_t count = 0;
+  for (std::size_t j = begin; j < end; j += hn::Lanes(d)) {
+    const auto x = hn::LoadU(d, candidates.x + j);
+    const auto y = hn::LoadU(d, candidates.y + j);
+    const auto z = hn::LoadU(d, candidates.z + j);
+    const auto near = hn::Lt(SquaredDistances(d, x, y, z, center), radius);
+    hn::StoreU(hn::Compress(x, near), d, neighbors->x + count);
+    hn::StoreU(hn::Compress(y, near), d, neighbors->y + count);
+    hn::StoreU(hn::Compress(z, near), d, neighbors->z + count);
+    count += hn::CountTrue(d, near);
+  }
+  for (std::size_t j = count; j < count + kLanes; j += hn::Lanes(d)) {
+    hn::StoreU(hn::Set(d, center.x), d, neighbors->x + j);
+    hn::StoreU(hn::Set(d, center.y), d, neighbors->y + j);
+    hn::StoreU(hn::Set(d, center.z), d, neighbors->z + j);
+  }
+  return count;
+}
+
+/// Adds to the lanes of vectors that begin at lane `begin`.
+HWY_INLINE void AddToLanes(const Neighbors& neighbors, std::size_t count, const Coordinates& center,
+                           std::size_t begin, LaneSums* sums) {
   const DoubleTag dd;
   const FloatTag df;
   const Doubles x0 = hn::Set(dd, static_cast<double>(center.x));
   const Doubles y0 = hn::Set(dd, static_cast<double>(center.y));
   const Doubles z0 = hn::Set(dd, static_cast<double>(center.z));
-  const Doubles radius = hn::Set(dd, static_cast<double>(squared_radius));
-  Doubles sx = hn::Zero(dd), sy = sx, sz = sx;
-  Doubles sxx = sx, sxy = sx, sxz = sx, syy = sx, syz = sx, szz = sx;
-  std::size_t count = 0;
-  for (std::size_t j = begin; j < candidates.count; j += kLanes) {
-    const Floats xf = hn::LoadU(df, candidates.x + j);
-    const Floats yf = hn::LoadU(df, candidates.y + j);
-    const Floats zf = hn::LoadU(df, candidates.z + j);
-    const auto near = hn::Lt(hn::PromoteTo(dd, SquaredDistances(xf, yf, zf, center)), radius);
-    if (hn::AllFalse(dd, near)) continue;
-    count += hn::CountTrue(dd, near);
-    const Doubles x = hn::IfThenElseZero(near, hn::Sub(hn::PromoteTo(dd, xf), x0));
-    const Doubles y = hn::IfThenElseZero(near, hn::Sub(hn::PromoteTo(dd, yf), y0));
-    const Doubles z = hn::IfThenElseZero(near, hn::Sub(hn::PromoteTo(dd, zf), z0));
-    sx = hn::Add(sx, x);
-    sy = hn::Add(sy, y);
-    sz = hn::Add(sz, z);
-    sxx = hn::Add(sxx, hn::Mul(x, x));
-    sxy = hn::Add(sxy, hn::Mul(x, y));
-    sxz = hn::Add(sxz, hn::Mul(x, z));
-    syy = hn::Add(syy, hn::Mul(y, y));
-    syz = hn::Add(syz, hn::Mul(y, z));
-    szz = hn::Add(szz, hn::Mul(z, z));
+  Doubles s[kSums];
+  for (std::size_t k = 0; k < kSums; ++k) s[k] = hn::Load(dd, &sums->lanes[k][begin]);
+  for (std::size_t j = begin; j < count; j += kLanes) {
+    const Doubles x = hn::Sub(hn::PromoteTo(dd, hn::LoadU(df, neighbors.x + j)), x0);
+    const Doubles y = hn::Sub(hn::PromoteTo(dd, hn::LoadU(df, neighbors.y + j)), y0);
+    const Doubles z = hn::Sub(hn::PromoteTo(dd, hn::LoadU(df, neighbors.z + j)), z0);
+    s[0] = hn::Add(s[0], x);
+    s[1] = hn::Add(s[1], y);
+    s[2] = hn::Add(s[2], z);
+    s[3] = hn::Add(s[3], hn::Mul(x, x));
+    s[4] = hn::Add(s[4], hn::Mul(x, y));
+    s[5] = hn::Add(s[5], hn::Mul(x, z));
+    s[6] = hn::Add(s[6], hn::Mul(y, y));
+    s[7] = hn::Add(s[7], hn::Mul(y, z));
+    s[8] = hn::Add(s[8], hn::Mul(z, z));
   }
-  const Doubles all[kSums] = {sx, sy, sz, sxx, sxy, sxz, syy, syz, szz};
-  for (std::size_t k = 0; k < kSums; ++k) hn::Store(all[k], dd, &sums->lanes[k][begin]);
-  return count;
+  for (std::size_t k = 0; k < kSums; ++k) hn::Store(s[k], dd, &sums->lanes[k][begin]);
 }
 
 NeighborhoodMoments SumAll(const CandidateColumns& candidates, const Coordinates& center,
                            float squared_radius) {
+  Neighbors neighbors;
   LaneSums sums;
-  std::size_t count = 0;
-  for (std::size_t begin = 0; begin < kLanes; begin += hn::Lanes(DoubleTag())) {
-    count += SumLanes(candidates, center, squared_radius, begin, &sums);
+  std::size_t all = 0;
+  for (std::size_t begin = 0; begin < candidates.count; begin += kBatch) {
+    const std::size_t end = HWY_MIN(begin + kBatch, candidates.count);
+    const std::size_t count =
+        GatherNeighbors(candidates, begin, end, center, squared_radius, &neighbors);
+    for (std::size_t lane = 0; lane < kLanes; lane += hn::Lanes(DoubleTag())) {
+      AddToLanes(neighbors, count, center, lane, &sums);
+    }
+    all += count;
   }
   double total[kSums];
   for (std::size_t k = 0; k < kSums; ++k) {
@@ -85,7 +119,7 @@ NeighborhoodMoments SumAll(const CandidateColumns& candidates, const Coordinates
     total[k] = ((s[0] + s[4]) + (s[2] + s[6])) + ((s[1] + s[5]) + (s[3] + s[7]));
   }
   return {total[0], total[1], total[2], total[3], total[4],
-          total[5], total[6], total[7], total[8], static_cast<std::uint32_t>(count)};
+          total[5], total[6], total[7], total[8], static_cast<std::uint32_t>(all)};
 }
 
 float NearestGreater(const CandidateColumns& candidates, const double* values,
@@ -97,8 +131,8 @@ float NearestGreater(const CandidateColumns& candidates, const double* values,
   for (std::size_t j = 0; j < candidates.count; j += hn::Lanes(dd)) {
     const auto greater = hn::Gt(hn::LoadU(dd, values + j), bound);
     if (hn::AllFalse(dd, greater)) continue;
-    const Floats squared =
-        SquaredDistances(hn::LoadU(df, candidates.x + j), hn::LoadU(df, candidates.y + j),
+    const auto squared =
+        SquaredDistances(df, hn::LoadU(df, candidates.x + j), hn::LoadU(df, candidates.y + j),
                          hn::LoadU(df, candidates.z + j), center);
     nearest = hn::Min(nearest, hn::IfThenElse(greater, hn::PromoteTo(dd, squared), nearest));
   }

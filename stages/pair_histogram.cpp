@@ -11,7 +11,8 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-using FloatTag = hn::ScalableTag<float>;
+constexpr std::size_t kMostLanes = 16;
+using FloatTag = hn::CappedTag<float, kMostLanes>;
 using CountTag = hn::RebindToSigned<FloatTag>;
 using Floats = hn::Vec<FloatTag>;
 using Counts = hn::Vec<CountTag>;
@@ -80,32 +81,64 @@ void AddToBins(const Passed& passed, std::uint32_t pairs, std::uint32_t* bins) {
   AddSide(negative, -1, middle);
 }
 
-/// `others.count` must be below 2^16, lest halves of lanes overflow.
-HWY_INLINE void CountBatch(const OrientedPoint& p, const OrientedColumns& others,
-                           float squared_radius, PairHistogram* histogram) {
+/// How many candidates are looked at before the neighbours among them are counted. Below 2^16, lest
+/// halves of lanes overflow.
+constexpr std::size_t kBatch = 1024;
+
+/// Neighbours, their coordinates relative to the point. Behind them is room for a vector.
+struct alignas(64) Neighbors {
+  float dx[kBatch + kMostLanes], dy[kBatch + kMostLanes], dz[kBatch + kMostLanes];
+  float nx[kBatch + kMostLanes], ny[kBatch + kMostLanes], nz[kBatch + kMostLanes];
+};
+
+/// Gathers without a branch, of which every other would be mispredicted. Returns their number;
+/// behind them stand points that are in one place with `p`.
+HWY_INLINE std::size_t GatherNeighbors(const OrientedPoint& p, const OrientedColumns& others,
+                                       float squared_radius, Neighbors* neighbors) {
+  const FloatTag d;
+  const Floats px = hn::Set(d, p.x), py = hn::Set(d, p.y), pz = hn::Set(d, p.z);
+  const Floats radius = hn::Set(d, squared_radius);
+  std::size_t count = 0;
+  for (std::size_t j = 0; j < others.count; j += hn::Lanes(d)) {
+    const Floats dx = hn::Sub(hn::LoadU(d, others.x + j), px);
+    const Floats dy = hn::Sub(hn::LoadU(d, others.y + j), py);
+    const Floats dz = hn::Sub(hn::LoadU(d, others.z + j), pz);
+    const Mask near = hn::Lt(Dot(dx, dy, dz, dx, dy, dz), radius);
+    hn::StoreU(hn::Compress(dx, near), d, neighbors->dx + count);
+    hn::StoreU(hn::Compress(dy, near), d, neighbors->dy + count);
+    hn::StoreU(hn::Compress(dz, near), d, neighbors->dz + count);
+    hn::StoreU(hn::Compress(hn::LoadU(d, others.nx + j), near), d, neighbors->nx + count);
+    hn::StoreU(hn::Compress(hn::LoadU(d, others.ny + j), near), d, neighbors->ny + count);
+    hn::StoreU(hn::Compress(hn::LoadU(d, others.nz + j), near), d, neighbors->nz + count);
+    count += hn::CountTrue(d, near);
+  }
+  const Floats zero = hn::Zero(d);
+  hn::StoreU(zero, d, neighbors->dx + count);
+  hn::StoreU(zero, d, neighbors->dy + count);
+  hn::StoreU(zero, d, neighbors->dz + count);
+  return count;
+}
+
+HWY_INLINE void CountNeighbors(const OrientedPoint& p, const Neighbors& neighbors,
+                               std::size_t count, std::uint32_t* counts) {
   const FloatTag df;
   const CountTag di;
   const Floats zero = hn::Zero(df);
-  const Floats px = hn::Set(df, p.x), py = hn::Set(df, p.y), pz = hn::Set(df, p.z);
   const Floats pnx = hn::Set(df, p.nx), pny = hn::Set(df, p.ny), pnz = hn::Set(df, p.nz);
-  const Floats radius = hn::Set(df, squared_radius);
   const Counts one = hn::Set(di, 1), one_above = hn::Set(di, 1 << 16);
   const Counts none = hn::Zero(di);
   Passed f1{{none, none, none, none, none}};
   Passed f2 = f1;
   Passed f3 = f1;
-  std::size_t neighbors = 0;
   std::size_t pairs = 0;
-  for (std::size_t j = 0; j < others.count; j += hn::Lanes(df)) {
-    const Floats dx = hn::Sub(hn::LoadU(df, others.x + j), px);
-    const Floats dy = hn::Sub(hn::LoadU(df, others.y + j), py);
-    const Floats dz = hn::Sub(hn::LoadU(df, others.z + j), pz);
+  for (std::size_t j = 0; j < count; j += hn::Lanes(df)) {
+    const Floats dx = hn::Load(df, neighbors.dx + j);
+    const Floats dy = hn::Load(df, neighbors.dy + j);
+    const Floats dz = hn::Load(df, neighbors.dz + j);
+    const Floats nx = hn::Load(df, neighbors.nx + j);
+    const Floats ny = hn::Load(df, neighbors.ny + j);
+    const Floats nz = hn::Load(df, neighbors.nz + j);
     const Floats squared = Dot(dx, dy, dz, dx, dy, dz);
-    const Mask near = hn::Lt(squared, radius);
-    if (hn::AllFalse(df, near)) continue;
-    const Floats nx = hn::LoadU(df, others.nx + j);
-    const Floats ny = hn::LoadU(df, others.ny + j);
-    const Floats nz = hn::LoadU(df, others.nz + j);
     const Floats along_p = Dot(dx, dy, dz, pnx, pny, pnz);
     const Floats along_q = Dot(dx, dy, dz, nx, ny, nz);
     const Floats cosine = Dot(pnx, pny, pnz, nx, ny, nz);
@@ -120,8 +153,7 @@ HWY_INLINE void CountBatch(const OrientedPoint& p, const OrientedColumns& others
     const Floats target = hn::IfThenElse(swap, hn::Neg(along_p), along_q);
     const Floats source_squared = hn::Mul(source, source);
     const Floats cross_squared = hn::Sub(squared, source_squared);  // |d x u|^2
-    const Mask valid = hn::And(near, hn::Gt(cross_squared, zero));
-    neighbors += hn::CountTrue(df, near);
+    const Mask valid = hn::Gt(cross_squared, zero);
     pairs += hn::CountTrue(df, valid);
     const Increments increments{hn::IfThenElseZero(hn::RebindMask(di, valid), one),
                                 hn::IfThenElseZero(hn::RebindMask(di, valid), one_above)};
@@ -135,17 +167,16 @@ HWY_INLINE void CountBatch(const OrientedPoint& p, const OrientedColumns& others
                 kCosineEdges, &f2);
     CountPassed(squared, source_squared, hn::Lt(source, zero), increments, kCosineEdges, &f3);
   }
-  histogram->neighbors += static_cast<std::uint32_t>(neighbors);
   const auto counted = static_cast<std::uint32_t>(pairs);
-  AddToBins(f1, counted, histogram->counts);
-  AddToBins(f2, counted, histogram->counts + PairHistogram::kBins);
-  AddToBins(f3, counted, histogram->counts + 2 * PairHistogram::kBins);
+  AddToBins(f1, counted, counts);
+  AddToBins(f2, counted, counts + PairHistogram::kBins);
+  AddToBins(f3, counted, counts + 2 * PairHistogram::kBins);
 }
 
 PairHistogram CountAll(const OrientedPoint& point, const OrientedColumns& others,
                        float squared_radius) {
-  constexpr std::size_t kBatch = std::size_t{1} << 15U;
   PairHistogram histogram;
+  Neighbors neighbors;
   for (std::size_t begin = 0; begin < others.count; begin += kBatch) {
     const OrientedColumns batch{others.x + begin,
                                 others.y + begin,
@@ -154,7 +185,9 @@ PairHistogram CountAll(const OrientedPoint& point, const OrientedColumns& others
                                 others.ny + begin,
                                 others.nz + begin,
                                 HWY_MIN(kBatch, others.count - begin)};
-    CountBatch(point, batch, squared_radius, &histogram);
+    const std::size_t count = GatherNeighbors(point, batch, squared_radius, &neighbors);
+    CountNeighbors(point, neighbors, count, histogram.counts);
+    histogram.neighbors += static_cast<std::uint32_t>(count);
   }
   return histogram;
 }

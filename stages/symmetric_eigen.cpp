@@ -1,7 +1,5 @@
 #include "stages/symmetric_eigen.h"
 
-#include <Eigen/Eigenvalues>
-
 #include "stages/symmetric_kernels.h"
 
 namespace backsight {
@@ -24,14 +22,6 @@ std::array<const double*, 6> Begins(const SymmetricColumns& matrices) {
   return begins;
 }
 
-/// Finds a direction even where the two smallest eigenvalues are nearly one.
-Eigen::Vector3d IterativeLeastDirection(const SymmetricColumns& matrices, std::size_t i) {
-  const auto& [xx, xy, xz, yy, yz, zz] = matrices.elements;
-  Eigen::Matrix3d matrix;
-  matrix << xx[i], xy[i], xz[i], xy[i], yy[i], yz[i], xz[i], yz[i], zz[i];
-  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(matrix).eigenvectors().col(0);
-}
-
 }  // namespace
 
 void SymmetricColumns::Resize(std::size_t n) {
@@ -45,16 +35,12 @@ void FindEigenvalues(const SymmetricColumns& matrices, EigenvalueColumns* eigenv
 }
 
 std::vector<Eigen::Vector3d> LeastDirections(const SymmetricColumns& matrices) {
-  constexpr double kCertain = 1e-7;  // far above the rounding of the cross product, 1e-16
-  std::array<std::vector<double>, 4> columns;
+  std::array<std::vector<double>, 3> columns;
   FindLeastDirections(Begins(matrices).data(), matrices.count,
                       Prepare(matrices.count, &columns).data());
-  const auto& [x, y, z, certainty] = columns;
+  const auto& [x, y, z] = columns;
   std::vector<Eigen::Vector3d> directions(matrices.count);
-  for (std::size_t i = 0; i < matrices.count; ++i) {
-    directions[i] = certainty[i] > kCertain ? Eigen::Vector3d(x[i], y[i], z[i])
-                                            : IterativeLeastDirection(matrices, i);
-  }
+  for (std::size_t i = 0; i < matrices.count; ++i) directions[i] = {x[i], y[i], z[i]};
   return directions;
 }
 

@@ -24,8 +24,13 @@ struct Vector {
   Doubles x, y, z;
 };
 
-struct Roots {
-  Doubles low, middle, high;
+/// Unit eigenvector of the eigenvalue that lies apart from both others, two unit vectors across it,
+/// and what the matrix does across it: [[uu, uw], [uw, ww]].
+struct Split {
+  hn::Mask<Tag> is_low;  // of the three eigenvalues it is the smallest, otherwise the greatest
+  Doubles apart;
+  Vector axis, u, w;
+  Doubles mean, half_difference, uw, radius;  // eigenvalues across: mean -+ radius
 };
 
 HWY_INLINE Matrix LoadMatrix(const double* const* elements, std::size_t i) {
@@ -45,11 +50,33 @@ HWY_INLINE Vector Cross(const Vector& a, const Vector& b) {
           hn::Sub(hn::Mul(a.x, b.y), hn::Mul(a.y, b.x))};
 }
 
-/// Roots of t^3 - 3 t - 2 r = 0 for r in [-1, 1], which are 2 cos((arccos(r) + 2 k pi) / 3). The
-/// greatest of |r| lies in [sqrt(3), 2], apart from the others.
-HWY_INLINE Roots CubicRoots(Doubles r) {
+HWY_INLINE Vector Scaled(const Vector& a, Doubles scale) {
+  return {hn::Mul(a.x, scale), hn::Mul(a.y, scale), hn::Mul(a.z, scale)};
+}
+
+HWY_INLINE Vector Select(hn::Mask<Tag> first, const Vector& a, const Vector& b) {
+  return {hn::IfThenElse(first, a.x, b.x), hn::IfThenElse(first, a.y, b.y),
+          hn::IfThenElse(first, a.z, b.z)};
+}
+
+HWY_INLINE Vector Times(const Matrix& m, const Vector& a) {
+  return {Dot({m.xx, m.xy, m.xz}, a), Dot({m.xy, m.yy, m.yz}, a), Dot({m.xz, m.yz, m.zz}, a)};
+}
+
+/// a / |a|, or the x axis where a is 0.
+HWY_INLINE Vector Normalized(const Vector& a) {
+  const Doubles squared = Dot(a, a);
+  const auto is_zero = hn::Eq(squared, Constant(0.0));
+  const Doubles length = hn::IfThenElse(is_zero, Constant(1.0), hn::Sqrt(squared));
+  const Doubles scale = hn::Div(Constant(1.0), length);
+  return {hn::IfThenElse(is_zero, Constant(1.0), hn::Mul(a.x, scale)), hn::Mul(a.y, scale),
+          hn::Mul(a.z, scale)};
+}
+
+/// The greatest root of t^3 - 3 t - 2 s = 0 for s in [0, 1], which is 2 cos(arccos(s) / 3). It lies
+/// in [sqrt(3), 2] and at least sqrt(3) apart from the others.
+HWY_INLINE Doubles GreatestRoot(Doubles s) {
   const Doubles three = Constant(3.0);
-  const Doubles s = hn::Abs(r);
   const Doubles two_s = hn::Add(s, s);
   // A parabola that is off by less than 1e-3; each step squares the error.
   Doubles t =
@@ -59,79 +86,93 @@ HWY_INLINE Roots CubicRoots(Doubles r) {
     const Doubles value = hn::Sub(hn::Mul(t, hn::Sub(t2, three)), two_s);
     t = hn::Sub(t, hn::Div(value, hn::Mul(three, hn::Sub(t2, Constant(1.0)))));
   }
-  // (t^3 - 3 t - 2 s) / (t - t0) = t^2 + t0 t + t0^2 - 3.
-  const Doubles two = Constant(2.0);
-  const Doubles squared_gap = hn::Mul(three, hn::Mul(hn::Sub(two, t), hn::Add(two, t)));
-  const Doubles half_gap = hn::Mul(Constant(0.5), hn::Sqrt(hn::Max(squared_gap, Constant(0.0))));
-  const Doubles center = hn::Mul(Constant(-0.5), t);
-  const Roots roots{hn::Sub(center, half_gap), hn::Add(center, half_gap), t};
-  const auto mirrored = hn::Lt(r, Constant(0.0));
-  return {hn::IfThenElse(mirrored, hn::Neg(roots.high), roots.low),
-          hn::IfThenElse(mirrored, hn::Neg(roots.middle), roots.middle),
-          hn::IfThenElse(mirrored, hn::Neg(roots.low), roots.high)};
+  return t;
 }
 
-/// With A = q I + p B, trace B = 0 and |B|^2 = 6: eigenvalues q + p t, where t^3 - 3 t = det B.
-HWY_INLINE Roots Eigenvalues(const Matrix& m) {
-  const Doubles zero = Constant(0.0);
+/// Null vector of B - t I: orthogonal to its rows. The longest cross product of two is the safest.
+HWY_INLINE Vector NullVector(const Matrix& b, Doubles t) {
+  const Vector rows[3] = {{hn::Sub(b.xx, t), b.xy, b.xz},
+                          {b.xy, hn::Sub(b.yy, t), b.yz},
+                          {b.xz, b.yz, hn::Sub(b.zz, t)}};
+  Vector best = Cross(rows[0], rows[1]);
+  for (const Vector& other : {Cross(rows[0], rows[2]), Cross(rows[1], rows[2])}) {
+    best = Select(hn::Gt(Dot(other, other), Dot(best, best)), other, best);
+  }
+  return Normalized(best);
+}
+
+/// With A = q I + p B, trace B = 0 and |B|^2 = 6 the eigenvalues are q + p t where
+/// t^3 - 3 t = det B.
+HWY_INLINE Split SplitOff(const Matrix& m) {
+  const Doubles zero = Constant(0.0), half = Constant(0.5), one = Constant(1.0);
   const Doubles q = hn::Mul(hn::Add(hn::Add(m.xx, m.yy), m.zz), Constant(1.0 / 3.0));
   const Vector diagonal{hn::Sub(m.xx, q), hn::Sub(m.yy, q), hn::Sub(m.zz, q)};
   const Vector off{m.xy, m.xz, m.yz};
   const Doubles off_squared = Dot(off, off);
   const Doubles p = hn::Sqrt(hn::Mul(
       hn::Add(Dot(diagonal, diagonal), hn::Add(off_squared, off_squared)), Constant(1.0 / 6.0)));
-  const Doubles scale = hn::IfThenElseZero(
-      hn::Gt(p, zero), hn::Div(Constant(1.0), hn::IfThenElse(hn::Gt(p, zero), p, Constant(1.0))));
-  const Doubles xx = hn::Mul(diagonal.x, scale), yy = hn::Mul(diagonal.y, scale);
-  const Doubles zz = hn::Mul(diagonal.z, scale), xy = hn::Mul(m.xy, scale);
-  const Doubles xz = hn::Mul(m.xz, scale), yz = hn::Mul(m.yz, scale);
-  const Doubles determinant = Dot({xx, xy, xz}, Cross({xy, yy, yz}, {xz, yz, zz}));
-  const Doubles r =
-      hn::Min(hn::Max(hn::Mul(Constant(0.5), determinant), Constant(-1.0)), Constant(1.0));
-  const Roots t = CubicRoots(r);
-  return {hn::Add(q, hn::Mul(p, t.low)), hn::Add(q, hn::Mul(p, t.middle)),
-          hn::Add(q, hn::Mul(p, t.high))};
+  const Doubles scale = hn::Div(one, hn::IfThenElse(hn::Gt(p, zero), p, one));
+  const Vector d = Scaled(diagonal, scale);
+  const Vector o = Scaled(off, scale);
+  const Matrix b{d.x, o.x, o.y, d.y, o.z, d.z};
+  const Doubles half_determinant =
+      hn::Mul(half, Dot({b.xx, b.xy, b.xz}, Cross({b.xy, b.yy, b.yz}, {b.xz, b.yz, b.zz})));
+  Split split;
+  split.is_low = hn::Lt(half_determinant, zero);
+  const Doubles greatest = GreatestRoot(hn::Min(hn::Abs(half_determinant), one));
+  const Doubles t = hn::IfThenElse(split.is_low, hn::Neg(greatest), greatest);
+  split.apart = hn::Add(q, hn::Mul(p, t));
+  split.axis = NullVector(b, t);
+  const Vector& v = split.axis;
+  split.u = Normalized(Select(hn::Gt(hn::Abs(v.x), hn::Abs(v.y)), {hn::Neg(v.z), zero, v.x},
+                              {zero, v.z, hn::Neg(v.y)}));
+  split.w = Cross(v, split.u);
+  const Vector along_u = Times(m, split.u);
+  const Doubles uu = Dot(split.u, along_u);
+  const Doubles ww = Dot(split.w, Times(m, split.w));
+  split.uw = Dot(split.w, along_u);
+  split.mean = hn::Mul(half, hn::Add(uu, ww));
+  split.half_difference = hn::Mul(half, hn::Sub(uu, ww));
+  split.radius = hn::Sqrt(
+      hn::Add(hn::Mul(split.half_difference, split.half_difference), hn::Mul(split.uw, split.uw)));
+  return split;
+}
+
+/// Eigenvector of the smaller eigenvalue across: orthogonal to the longer row of
+/// [[h + r, uw], [uw, r - h]].
+HWY_INLINE Vector LowAcross(const Split& s) {
+  const auto first = hn::Gt(s.half_difference, Constant(0.0));
+  const Doubles longer = hn::Add(s.radius, hn::Abs(s.half_difference));
+  const Doubles along_u = hn::IfThenElse(first, hn::Neg(s.uw), longer);
+  const Doubles along_w = hn::IfThenElse(first, longer, hn::Neg(s.uw));
+  return Normalized({hn::Add(hn::Mul(along_u, s.u.x), hn::Mul(along_w, s.w.x)),
+                     hn::Add(hn::Mul(along_u, s.u.y), hn::Mul(along_w, s.w.y)),
+                     hn::Add(hn::Mul(along_u, s.u.z), hn::Mul(along_w, s.w.z))});
 }
 
 /// `eigenvalues`: columns, ascending.
 void AllEigenvalues(const double* const* matrices, std::size_t count, double* const* eigenvalues) {
   const Tag d;
   for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
-    const Roots roots = Eigenvalues(LoadMatrix(matrices, i));
-    hn::StoreU(roots.low, d, eigenvalues[0] + i);
-    hn::StoreU(roots.middle, d, eigenvalues[1] + i);
-    hn::StoreU(roots.high, d, eigenvalues[2] + i);
+    const Split s = SplitOff(LoadMatrix(matrices, i));
+    const Doubles low = hn::Sub(s.mean, s.radius);
+    const Doubles high = hn::Add(s.mean, s.radius);
+    hn::StoreU(hn::IfThenElse(s.is_low, s.apart, low), d, eigenvalues[0] + i);
+    hn::StoreU(hn::IfThenElse(s.is_low, low, high), d, eigenvalues[1] + i);
+    hn::StoreU(hn::IfThenElse(s.is_low, high, s.apart), d, eigenvalues[2] + i);
   }
 }
 
-HWY_INLINE void KeepLonger(const Vector& other, Vector* best, Doubles* best_squared) {
-  const Doubles squared = Dot(other, other);
-  const auto longer = hn::Gt(squared, *best_squared);
-  *best = {hn::IfThenElse(longer, other.x, best->x), hn::IfThenElse(longer, other.y, best->y),
-           hn::IfThenElse(longer, other.z, best->z)};
-  *best_squared = hn::IfThenElse(longer, squared, *best_squared);
-}
-
-/// `directions`: columns of their axes and of their certainty.
+/// `directions`: columns of x, y and z.
 void AllLeastDirections(const double* const* matrices, std::size_t count,
                         double* const* directions) {
   const Tag d;
   for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
-    const Matrix m = LoadMatrix(matrices, i);
-    const Doubles low = Eigenvalues(m).low;
-    const Vector a{hn::Sub(m.xx, low), m.xy, m.xz};
-    const Vector b{m.xy, hn::Sub(m.yy, low), m.yz};
-    const Vector c{m.xz, m.yz, hn::Sub(m.zz, low)};
-    Vector best = Cross(a, b);
-    Doubles best_squared = Dot(best, best);
-    KeepLonger(Cross(a, c), &best, &best_squared);
-    KeepLonger(Cross(b, c), &best, &best_squared);
-    const Doubles length = hn::Sqrt(best_squared);
-    const Doubles trace = hn::Add(hn::Add(m.xx, m.yy), m.zz);
-    hn::StoreU(hn::Div(best.x, length), d, directions[0] + i);
-    hn::StoreU(hn::Div(best.y, length), d, directions[1] + i);
-    hn::StoreU(hn::Div(best.z, length), d, directions[2] + i);
-    hn::StoreU(hn::Div(length, hn::Mul(trace, trace)), d, directions[3] + i);
+    const Split s = SplitOff(LoadMatrix(matrices, i));
+    const Vector direction = Select(s.is_low, s.axis, LowAcross(s));
+    hn::StoreU(direction.x, d, directions[0] + i);
+    hn::StoreU(direction.y, d, directions[1] + i);
+    hn::StoreU(direction.z, d, directions[2] + i);
   }
 }
 

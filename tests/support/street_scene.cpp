@@ -26,7 +26,8 @@ Scene Street() {
       scene.poles.push_back({.position_m = {x - 4.0, side * 6.2}, .heading_deg = side * -90.0});
     }
   }
-  scene.scanner.step_deg = 0.065;
+  scene.scanner.max_range_m = 250.0;
+  scene.scanner.step_deg = 0.057;
   scene.stations = {{.id = "street", .position_m = {1.0, 0.5}}};
   return scene;
 }
