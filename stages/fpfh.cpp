@@ -58,10 +58,13 @@ std::vector<std::vector<WeightedPlace>> NeighborsOfKeypoints(
           search.Gather(places, kNone, &candidates);
           entered = true;
         }
+        const auto around = search.Around(place);
         const auto squared = search.SquaredDistances(place);
-        for (const std::uint32_t j : search.Around(place)) {
+        auto& found = neighbors[slot_at[place]];
+        found.reserve(around.size());
+        for (const std::uint32_t j : around) {
           if (squared[j] == 0.0F || columns[0][candidates[j]] == LeafGrid::kFarAway) continue;
-          neighbors[slot_at[place]].push_back({candidates[j], 1.0F / squared[j]});
+          found.push_back({candidates[j], 1.0F / squared[j]});
         }
       }
     }

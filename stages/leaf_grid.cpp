@@ -10,7 +10,7 @@
 namespace backsight {
 namespace {
 
-constexpr std::size_t kCellsPerRun = 32;
+constexpr std::size_t kCellsPerRun = 128;
 
 /// Packs the indices of a cell so that packed cells sort by z, then y, then x.
 struct CellPacking {
@@ -91,9 +91,9 @@ LeafGrid::LeafGrid(std::span<const Eigen::Vector3f> points, double edge_m)
     if (place == 0 || cell != order[place - 1].cell) {
       OpenCell(packing.X(cell), packing.Y(cell), packing.Z(cell), place);
     }
-    cells_.back().places.end = place + 1;
   }
-  for (OccupiedCell& cell : cells_) FindBounds(&cell);
+  cell_begins_.push_back(static_cast<std::uint32_t>(order.size()));
+  FindBounds();
 }
 
 void LeafGrid::OpenCell(int x, int y, int z, std::uint32_t place) {
@@ -102,20 +102,25 @@ void LeafGrid::OpenCell(int x, int y, int z, std::uint32_t place) {
     rows_.push_back({y, z, {cell, cell}});
   }
   ++rows_.back().cells.end;
-  cells_.push_back({{place, place}, x, static_cast<std::uint32_t>(rows_.size() - 1), {}, {}});
+  cell_x_.push_back(x);
+  cell_begins_.push_back(place);
+  cells_.push_back({static_cast<std::uint32_t>(rows_.size() - 1), {}, {}});
 }
 
-void LeafGrid::FindBounds(OccupiedCell* cell) const {
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const float* values = axes_[axis].data();
-    float min = values[cell->places.begin];
-    float max = min;
-    for (std::uint32_t place = cell->places.begin; place < cell->places.end; ++place) {
-      min = std::min(min, values[place]);
-      max = std::max(max, values[place]);
+void LeafGrid::FindBounds() {
+  for (std::size_t cell = 0; cell < cells_.size(); ++cell) {
+    const Range places = Cell(cell);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const float* values = axes_[axis].data();
+      float min = values[places.begin];
+      float max = min;
+      for (std::uint32_t place = places.begin; place < places.end; ++place) {
+        min = std::min(min, values[place]);
+        max = std::max(max, values[place]);
+      }
+      cells_[cell].min[axis] = min;
+      cells_[cell].max[axis] = max;
     }
-    cell->min[axis] = min;
-    cell->max[axis] = max;
   }
 }
 
@@ -140,7 +145,7 @@ void LeafGrid::FindRowsNear(const Row& row, double reach_m, std::vector<NearRow>
       return r.z != z ? r.z < z : r.y < row.y - layers;
     });
     for (; other != rows_.end() && other->z == z && other->y <= row.y + layers; ++other) {
-      near->push_back({other->y, other->z, other->cells, other->cells.begin});
+      near->push_back({other->y, other->z, other->cells, {other->cells.begin, other->cells.begin}});
     }
   }
 }
@@ -154,12 +159,15 @@ void LeafGrid::AppendCells(const OccupiedCell& cell, double reach_m, NearRow* ro
   const double reach_x = std::sqrt(left);
   const int first_x = CellIndex(cell.min[0] - reach_x, 0);
   const int last_x = CellIndex(cell.max[0] + reach_x, 0);
-  std::uint32_t& first = row->first;
-  while (first > row->cells.begin && cells_[first - 1].x >= first_x) --first;
-  while (first < row->cells.end && cells_[first].x < first_x) ++first;
-  std::uint32_t last = first;
-  while (last < row->cells.end && cells_[last].x <= last_x) ++last;
-  if (first != last) ranges->push_back({cells_[first].places.begin, cells_[last - 1].places.end});
+  // Neighbours in a row take much the same cells, so both ends need few steps.
+  const int* x = cell_x_.data();
+  auto& [first, last] = row->taken;
+  while (first > row->cells.begin && x[first - 1] >= first_x) --first;
+  while (first < row->cells.end && x[first] < first_x) ++first;
+  last = std::max(last, first);
+  while (last > first && x[last - 1] > last_x) --last;
+  while (last < row->cells.end && x[last] <= last_x) ++last;
+  if (first != last) ranges->push_back({cell_begins_[first], cell_begins_[last]});
 }
 
 void LeafGrid::RangesAround(std::size_t cell, double radius_m, SearchState* state,

@@ -28,7 +28,7 @@ class LeafGrid {
     int y = 0;
     int z = 0;
     Range cells;
-    std::uint32_t first = 0;  ///< cell from which the last search took points
+    Range taken;  ///< cells from which the last search took points
   };
   /// What a search around a cell leaves to the next: neighbours in a row have the same rows near.
   struct SearchState {
@@ -49,7 +49,7 @@ class LeafGrid {
   std::size_t size() const { return leaves_.size(); }
   std::size_t cell_count() const { return cells_.size(); }
   /// Places of the points in occupied cell `cell` < cell_count().
-  Range Cell(std::size_t cell) const { return cells_[cell].places; }
+  Range Cell(std::size_t cell) const { return {cell_begins_[cell], cell_begins_[cell + 1]}; }
   /// Index, in the order given, of the point at `place`.
   std::uint32_t LeafAt(std::size_t place) const { return leaves_[place]; }
   /// Coordinates along axis 0 to 2, by place, padded.
@@ -70,8 +70,6 @@ class LeafGrid {
 
  private:
   struct OccupiedCell {
-    Range places;
-    int x = 0;
     std::uint32_t row = 0;
     std::array<float, 3> min{};  // bounds of the cell's points
     std::array<float, 3> max{};
@@ -84,7 +82,7 @@ class LeafGrid {
   int CellIndex(double coordinate, std::size_t axis) const;
   double RowGap(int index, std::size_t axis, const OccupiedCell& cell) const;
   void OpenCell(int x, int y, int z, std::uint32_t place);
-  void FindBounds(OccupiedCell* cell) const;
+  void FindBounds();
   void FindRowsNear(const Row& row, double reach_m, std::vector<NearRow>* near) const;
   void AppendCells(const OccupiedCell& cell, double reach_m, NearRow* row,
                    std::vector<Range>* ranges) const;
@@ -94,6 +92,9 @@ class LeafGrid {
   std::array<double, 3> origin_{};
   std::vector<std::uint32_t> leaves_;
   std::array<std::vector<float>, 3> axes_;
+  // By cell. A search walks along the first two.
+  std::vector<int> cell_x_;
+  std::vector<std::uint32_t> cell_begins_;  // and the number of points behind
   std::vector<OccupiedCell> cells_;
   std::vector<Row> rows_;  // by z, then y
 };

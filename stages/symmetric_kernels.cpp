@@ -139,11 +139,13 @@ HWY_INLINE Split SplitOff(const Matrix& m) {
 }
 
 /// Eigenvector of the smaller eigenvalue across: orthogonal to the longer row of
-/// [[h + r, uw], [uw, r - h]].
+/// [[h + r, uw], [uw, r - h]]; u where both eigenvalues are equal.
 HWY_INLINE Vector LowAcross(const Split& s) {
   const auto first = hn::Gt(s.half_difference, Constant(0.0));
   const Doubles longer = hn::Add(s.radius, hn::Abs(s.half_difference));
-  const Doubles along_u = hn::IfThenElse(first, hn::Neg(s.uw), longer);
+  const auto equal = hn::Eq(longer, Constant(0.0));
+  const Doubles along_u =
+      hn::IfThenElse(equal, Constant(1.0), hn::IfThenElse(first, hn::Neg(s.uw), longer));
   const Doubles along_w = hn::IfThenElse(first, longer, hn::Neg(s.uw));
   return Normalized({hn::Add(hn::Mul(along_u, s.u.x), hn::Mul(along_w, s.w.x)),
                      hn::Add(hn::Mul(along_u, s.u.y), hn::Mul(along_w, s.w.y)),

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
+#include <ctime>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -19,7 +20,8 @@
 #include "tests/support/street_scene.h"
 
 // Features of a small simulated station, a station of ETH Facade and a simulated scan of 10 million
-// points, ours and PCL's with the same radii and key points in one run:
+// points, ours and PCL's with the same radii and key points in one run. Times are medians, of one
+// thread in the processor's time, which other programs on the machine disturb least:
 //   features_benchmark [yard] [eth] [street]     (all if none is named)
 
 namespace backsight {
@@ -33,15 +35,21 @@ struct Cloud {
   int pcl_runs = 3;
 };
 
-/// Median time of `runs` runs, milliseconds.
-double Milliseconds(int runs, const std::function<void()>& body) {
+enum class Clock { kProcessor, kWall };
+
+double NowMs(Clock clock) {
+  if (clock == Clock::kProcessor) return 1e3 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
+  const auto now = std::chrono::steady_clock::now().time_since_epoch();
+  return std::chrono::duration<double, std::milli>(now).count();
+}
+
+/// Median time of `runs` runs.
+double Milliseconds(int runs, Clock clock, const std::function<void()>& body) {
   std::vector<double> times;
   for (int run = 0; run < runs; ++run) {
-    const auto start = std::chrono::steady_clock::now();
+    const double start = NowMs(clock);
     body();
-    const std::chrono::duration<double, std::milli> taken =
-        std::chrono::steady_clock::now() - start;
-    times.push_back(taken.count());
+    times.push_back(NowMs(clock) - start);
   }
   std::sort(times.begin(), times.end());
   return times[times.size() / 2];
@@ -60,22 +68,23 @@ IssParameters DefaultIss() {
 
 StepTimes TimeOurs(const Cloud& cloud, int threads) {
   constexpr int kRuns = 7;
+  const Clock clock = threads == 1 ? Clock::kProcessor : Clock::kWall;
   const ExecutionContext context(threads);
   const std::vector<Eigen::Vector3f> points = LeafPositions(cloud.model);
   const LeafGrid grid(points, 3.0 * kResolution);
   std::vector<Eigen::Vector3f> normals;
   std::vector<std::uint32_t> keypoints;
   StepTimes times;
-  times.sorting = Milliseconds(kRuns, [&] { LeafGrid(points, 3.0 * kResolution); });
-  times.normals =
-      Milliseconds(kRuns, [&] { normals = EstimateNormals(grid, 3.0 * kResolution, context); });
+  times.sorting = Milliseconds(kRuns, clock, [&] { LeafGrid(points, 3.0 * kResolution); });
+  times.normals = Milliseconds(
+      kRuns, clock, [&] { normals = EstimateNormals(grid, 3.0 * kResolution, context); });
   times.orientation =
-      Milliseconds(kRuns, [&] { OrientNormals(cloud.model, false, context, &normals); });
-  times.iss =
-      Milliseconds(kRuns, [&] { keypoints = FindIssKeypoints(grid, DefaultIss(), context); });
+      Milliseconds(kRuns, clock, [&] { OrientNormals(cloud.model, false, context, &normals); });
+  times.iss = Milliseconds(kRuns, clock,
+                           [&] { keypoints = FindIssKeypoints(grid, DefaultIss(), context); });
   times.fpfh = Milliseconds(
-      kRuns, [&] { ComputeFpfh(grid, normals, keypoints, 8.0 * kResolution, context); });
-  times.all = Milliseconds(kRuns, [&] { ComputeFeatures(cloud.model, {}, context); });
+      kRuns, clock, [&] { ComputeFpfh(grid, normals, keypoints, 8.0 * kResolution, context); });
+  times.all = Milliseconds(kRuns, clock, [&] { ComputeFeatures(cloud.model, {}, context); });
   return times;
 }
 
@@ -103,10 +112,13 @@ PclResult TimePcl(const Cloud& cloud) {
   std::vector<std::uint32_t> keypoints;
   std::vector<FpfhDescriptor> descriptors;
   StepTimes& times = result.times;
-  times.normals = Milliseconds(cloud.pcl_runs, [&] { PclNormals(points, 3.0 * kResolution); });
-  times.iss = Milliseconds(cloud.pcl_runs, [&] { keypoints = PclIssKeypoints(points, iss); });
-  times.fpfh = Milliseconds(
-      cloud.pcl_runs, [&] { descriptors = PclFpfh(points, normals, ours, 8.0 * kResolution); });
+  times.normals = Milliseconds(cloud.pcl_runs, Clock::kProcessor,
+                               [&] { PclNormals(points, 3.0 * kResolution); });
+  times.iss = Milliseconds(cloud.pcl_runs, Clock::kProcessor,
+                           [&] { keypoints = PclIssKeypoints(points, iss); });
+  times.fpfh = Milliseconds(cloud.pcl_runs, Clock::kProcessor, [&] {
+    descriptors = PclFpfh(points, normals, ours, 8.0 * kResolution);
+  });
   times.all = times.normals + times.iss + times.fpfh;
   result.same_keypoints = keypoints == ours;
   result.fpfh_difference = MedianRelativeDifference(
