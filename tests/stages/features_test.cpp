@@ -75,6 +75,7 @@ TEST(LeafGrid, NeighborhoodsEqualBruteForce) {
   Random random(11);
   for (int round = 0; round < 4; ++round) {
     std::vector<Eigen::Vector3f> points;
+    points.reserve(702);
     for (int i = 0; i < 700; ++i) {
       points.emplace_back(random.Uniform(-3.0, 3.0), random.Uniform(-2.0, 2.0),
                           random.Uniform(-0.5, 0.5));
