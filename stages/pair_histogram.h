@@ -36,7 +36,7 @@ struct PairHistogram {
 ///
 /// No angle is ever formed: whether it lies beyond a bin's edge is a comparison of products, which
 /// takes neither root nor quotient. All operations are rounded alike on every instruction set, so
-/// the counts do not depend on the machine. About 1 ns a pair with AVX-512.
+/// the counts do not depend on the machine. Some 2 ns a pair with AVX-512.
 PairHistogram CountPairs(const OrientedPoint& point, const OrientedColumns& others,
                          float squared_radius);
 

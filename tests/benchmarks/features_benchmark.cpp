@@ -28,6 +28,7 @@ namespace backsight {
 namespace {
 
 constexpr double kResolution = 0.1;
+constexpr double kCellEdge = 4.0 * kResolution;  // as ComputeFeatures takes it
 
 struct Cloud {
   std::string name;
@@ -71,11 +72,11 @@ StepTimes TimeOurs(const Cloud& cloud, int threads) {
   const Clock clock = threads == 1 ? Clock::kProcessor : Clock::kWall;
   const ExecutionContext context(threads);
   const std::vector<Eigen::Vector3f> points = LeafPositions(cloud.model);
-  const LeafGrid grid(points, 3.0 * kResolution);
+  const LeafGrid grid(points, kCellEdge);
   std::vector<Eigen::Vector3f> normals;
   std::vector<std::uint32_t> keypoints;
   StepTimes times;
-  times.sorting = Milliseconds(kRuns, clock, [&] { LeafGrid(points, 3.0 * kResolution); });
+  times.sorting = Milliseconds(kRuns, clock, [&] { LeafGrid(points, kCellEdge); });
   times.normals = Milliseconds(
       kRuns, clock, [&] { normals = EstimateNormals(grid, 3.0 * kResolution, context); });
   times.orientation =
@@ -98,7 +99,7 @@ struct PclResult {
 PclResult TimePcl(const Cloud& cloud) {
   const ExecutionContext context(0);
   const std::vector<Eigen::Vector3f> points = LeafPositions(cloud.model);
-  const LeafGrid grid(points, 3.0 * kResolution);
+  const LeafGrid grid(points, kCellEdge);
   const std::vector<Eigen::Vector3f> normals = EstimateNormals(grid, 3.0 * kResolution, context);
   const auto ours = FindIssKeypoints(grid, DefaultIss(), context);
   // PCL does not shorten the radius of suppression by itself: it gets the one at which ours ended.
