@@ -12,8 +12,8 @@
 namespace backsight {
 namespace {
 
-/// Cells of three voxels hold some ten points each and cut a ball of 8 voxels finely enough.
-constexpr double kCellEdge = 3.0;  // voxels
+/// Cells of four voxels hold some eighteen points each and cut a ball of 8 voxels finely enough.
+constexpr double kCellEdge = 4.0;  // voxels
 
 std::vector<Eigen::Vector3f> Positions(const StationModel& model) {
   std::vector<Eigen::Vector3f> positions;
@@ -76,7 +76,7 @@ StationFeatures ComputeFeatures(const StationModel& model, const FeatureOptions&
   StationFeatures features;
   features.normals = EstimateNormals(grid, options.normal_radius * resolution_m, context);
   features.scanner_credible =
-      OrientNormals(model, model.scanner_known, &features.normals).scanner_credible;
+      OrientNormals(model, model.scanner_known, context, &features.normals).scanner_credible;
   context.CheckStop();
   const auto keypoints = FindIssKeypoints(grid, MakeIssParameters(options, resolution_m), context);
   context.CheckStop();

@@ -5,13 +5,13 @@
 #include <limits>
 #include <numeric>
 
-#include "stages/pair_bins.h"
+#include "stages/pair_histogram.h"
 
 namespace backsight {
 namespace {
 
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-constexpr std::size_t kBins = PairBins::kBins;
+constexpr std::size_t kBins = PairHistogram::kBins;
 
 /// A neighbour of a key point.
 struct WeightedPlace {
@@ -19,29 +19,30 @@ struct WeightedPlace {
   float weight = 0.0F;  // 1 / squared distance
 };
 
-/// Normals by place, as columns; `has` tells which are defined.
-struct NormalColumns {
-  std::vector<float> x, y, z;
-  std::vector<std::uint8_t> has;
-};
+/// Points with their normals by place, padded. Those without a normal lie far away.
+using PointColumns = std::array<std::vector<float>, 6>;
 
-NormalColumns MakeColumns(const LeafGrid& grid, std::span<const Eigen::Vector3f> normals) {
-  NormalColumns columns;
+PointColumns MakeColumns(const LeafGrid& grid, std::span<const Eigen::Vector3f> normals) {
+  PointColumns columns{grid.Axis(0), grid.Axis(1), grid.Axis(2)};
+  for (std::size_t axis = 3; axis < 6; ++axis) columns[axis].resize(columns[0].size(), 0.0F);
   for (std::size_t place = 0; place < grid.size(); ++place) {
     const Eigen::Vector3f& normal = normals[grid.LeafAt(place)];
-    columns.x.push_back(normal.x());
-    columns.y.push_back(normal.y());
-    columns.z.push_back(normal.z());
-    columns.has.push_back(normal.allFinite() ? 1 : 0);
+    if (!normal.allFinite()) {
+      columns[0][place] = LeafGrid::kFarAway;
+      continue;
+    }
+    columns[3][place] = normal.x();
+    columns[4][place] = normal.y();
+    columns[5][place] = normal.z();
   }
   return columns;
 }
 
 /// Neighbours with a normal of every key point, by `slot_at` (key point at a place, kNone if none).
 std::vector<std::vector<WeightedPlace>> NeighborsOfKeypoints(
-    const LeafGrid& grid, const NormalColumns& normals, const std::vector<std::uint32_t>& slot_at,
+    const LeafGrid& grid, const PointColumns& columns, const std::vector<std::uint32_t>& slot_at,
     std::size_t keypoints, double radius_m, const ExecutionContext& context) {
-  std::vector<std::uint32_t> places(grid.size());
+  std::vector<std::uint32_t> places(grid.size() + LeafGrid::kPadding);
   std::iota(places.begin(), places.end(), 0U);
   std::vector<std::vector<WeightedPlace>> neighbors(keypoints);
   grid.ForCells(context, [&](LeafGrid::Range cells) {
@@ -54,13 +55,16 @@ std::vector<std::vector<WeightedPlace>> NeighborsOfKeypoints(
         if (slot_at[place] == kNone) continue;
         if (!entered) {
           search.EnterCell(cell);
-          search.Gather(places, &candidates);
+          search.Gather(places, kNone, &candidates);
           entered = true;
         }
+        const auto around = search.Around(place);
         const auto squared = search.SquaredDistances(place);
-        for (const std::uint32_t j : search.Around(place)) {
-          if (squared[j] == 0.0F || normals.has[candidates[j]] == 0) continue;
-          neighbors[slot_at[place]].push_back({candidates[j], 1.0F / squared[j]});
+        auto& found = neighbors[slot_at[place]];
+        found.reserve(around.size());
+        for (const std::uint32_t j : around) {
+          if (squared[j] == 0.0F || columns[0][candidates[j]] == LeafGrid::kFarAway) continue;
+          found.push_back({candidates[j], 1.0F / squared[j]});
         }
       }
     }
@@ -68,92 +72,41 @@ std::vector<std::vector<WeightedPlace>> NeighborsOfKeypoints(
   return neighbors;
 }
 
-/// Counts pair features. Neighbouring pairs often fall into one bin; two sets of counters keep an
-/// increment from waiting for the one before.
-class PairHistogram {
- public:
-  void Add(const PairBins& bins, std::size_t count) {
-    std::size_t k = 0;
-    for (; k + 1 < count; k += 2) {
-      Count(bins, k, &counts_[0]);
-      Count(bins, k + 1, &counts_[1]);
-    }
-    if (k < count) Count(bins, k, &counts_[0]);
-  }
-
-  /// The counts times `unit`.
-  FpfhDescriptor Scaled(float unit) const {
-    FpfhDescriptor scaled;
-    for (std::size_t b = 0; b < scaled.size(); ++b) {
-      const std::size_t slot = b / kBins * kStride + b % kBins;
-      scaled[b] = unit * static_cast<float>(counts_[0][slot] + counts_[1][slot]);
-    }
-    return scaled;
-  }
-
- private:
-  static constexpr std::size_t kStride = 16;  // room for kNoBin
-  using Counts = std::array<std::uint32_t, 3 * kStride>;
-
-  static void Count(const PairBins& bins, std::size_t k, Counts* counts) {
-    ++(*counts)[static_cast<std::size_t>(bins.f1[k])];
-    ++(*counts)[kStride + static_cast<std::size_t>(bins.f2[k])];
-    ++(*counts)[2 * kStride + static_cast<std::size_t>(bins.f3[k])];
-  }
-
-  std::array<Counts, 2> counts_{};
-};
-
-/// Simple point feature histograms of one cell's points after another.
+/// SPFH of the points of one cell after another.
 class SpfhComputer {
  public:
-  SpfhComputer(const LeafGrid& grid, const NormalColumns& normals, double radius_m)
-      : grid_(grid), normals_(normals), search_(grid, radius_m) {}
+  SpfhComputer(const LeafGrid& grid, const PointColumns& columns, double radius_m)
+      : columns_(columns), search_(grid, radius_m) {}
 
   void EnterCell(std::size_t cell) {
     search_.EnterCell(cell);
-    search_.Gather(normals_.x, &nx_);
-    search_.Gather(normals_.y, &ny_);
-    search_.Gather(normals_.z, &nz_);
-    search_.Gather(normals_.has, &has_);
+    for (std::size_t c = 0; c < columns_.size(); ++c) {
+      search_.Gather(columns_[c], LeafGrid::kFarAway, &candidates_[c]);
+    }
   }
 
   /// Each block sums to 100 if all pairs have angles. The point must have a normal.
-  FpfhDescriptor Compute(std::size_t place) {
-    const OrientedPoint point{grid_.Axis(0)[place], grid_.Axis(1)[place], grid_.Axis(2)[place],
-                              normals_.x[place],    normals_.y[place],    normals_.z[place]};
-    PairHistogram histogram;
-    std::size_t neighbors = 0;
-    std::size_t filled = 0;
-    const auto flush = [&] {
-      ComputePairBins(point, block_, filled, &bins_);
-      histogram.Add(bins_, filled);
-      neighbors += filled;
-      filled = 0;
-    };
-    for (const std::uint32_t j : search_.Around(place)) {
-      block_.x[filled] = search_.Axis(0)[j];
-      block_.y[filled] = search_.Axis(1)[j];
-      block_.z[filled] = search_.Axis(2)[j];
-      block_.nx[filled] = nx_[j];
-      block_.ny[filled] = ny_[j];
-      block_.nz[filled] = nz_[j];
-      filled += has_[j];  // overwritten by the next unless it has a normal
-      if (filled == OrientedBlock::kSize) flush();
-    }
-    flush();
+  FpfhDescriptor Compute(std::size_t place) const {
+    const auto& [x, y, z, nx, ny, nz] = columns_;
+    const PairHistogram histogram = CountPairs(
+        {x[place], y[place], z[place], nx[place], ny[place], nz[place]},
+        {candidates_[0].data(), candidates_[1].data(), candidates_[2].data(), candidates_[3].data(),
+         candidates_[4].data(), candidates_[5].data(), search_.padded_count()},
+        search_.squared_radius());
     // The point itself is among its neighbours and pairs with none.
-    return histogram.Scaled(neighbors > 1 ? 100.0F / static_cast<float>(neighbors - 1) : 0.0F);
+    const float unit =
+        histogram.neighbors > 1 ? 100.0F / static_cast<float>(histogram.neighbors - 1) : 0.0F;
+    FpfhDescriptor spfh;
+    for (std::size_t b = 0; b < spfh.size(); ++b) {
+      spfh[b] = unit * static_cast<float>(histogram.counts[b]);
+    }
+    return spfh;
   }
 
  private:
-  const LeafGrid& grid_;
-  const NormalColumns& normals_;
+  const PointColumns& columns_;
   BallSearch search_;
-  std::vector<float> nx_, ny_, nz_;
-  std::vector<std::uint8_t> has_;
-  OrientedBlock block_;
-  PairBins bins_;
+  PointColumns candidates_;
 };
 
 struct SimpleHistograms {
@@ -161,7 +114,7 @@ struct SimpleHistograms {
   std::vector<FpfhDescriptor> rows;
 };
 
-SimpleHistograms ComputeNeeded(const LeafGrid& grid, const NormalColumns& normals,
+SimpleHistograms ComputeNeeded(const LeafGrid& grid, const PointColumns& columns,
                                const std::vector<std::vector<WeightedPlace>>& needed,
                                double radius_m, const ExecutionContext& context) {
   SimpleHistograms spfh;
@@ -175,7 +128,7 @@ SimpleHistograms ComputeNeeded(const LeafGrid& grid, const NormalColumns& normal
   }
   spfh.rows.resize(rows);
   grid.ForCells(context, [&](LeafGrid::Range cells) {
-    SpfhComputer computer(grid, normals, radius_m);
+    SpfhComputer computer(grid, columns, radius_m);
     for (std::uint32_t cell = cells.begin; cell < cells.end; ++cell) {
       const LeafGrid::Range range = grid.Cell(cell);
       bool entered = false;
@@ -218,7 +171,7 @@ std::vector<FpfhDescriptor> ComputeFpfh(const LeafGrid& grid,
   for (std::size_t place = 0; place < grid.size(); ++place) {
     slot_at[place] = slot_of_leaf[grid.LeafAt(place)];
   }
-  const NormalColumns columns = MakeColumns(grid, normals);
+  const PointColumns columns = MakeColumns(grid, normals);
   const auto neighbors =
       NeighborsOfKeypoints(grid, columns, slot_at, keypoints.size(), radius_m, context);
   context.CheckStop();

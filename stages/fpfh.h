@@ -21,7 +21,7 @@ namespace backsight {
 ///
 /// `normals` by index of the grid's points, of unit length or NaN; `keypoints` are such indices. A
 /// descriptor is NaN where its key point has no neighbour to be described by. Memory 132 bytes per
-/// point near a key point; about 5 us for each of those with 270 neighbours.
+/// point near a key point; about 0.8 us for each of those with 250 neighbours.
 std::vector<FpfhDescriptor> ComputeFpfh(const LeafGrid& grid,
                                         std::span<const Eigen::Vector3f> normals,
                                         std::span<const std::uint32_t> keypoints, double radius_m,

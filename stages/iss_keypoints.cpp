@@ -1,99 +1,66 @@
 #include "stages/iss_keypoints.h"
 
-#include <Eigen/Core>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
-#include <bit>
-#include <limits>
 #include <span>
+
+#include "stages/neighborhood_moments.h"
+#include "stages/symmetric_eigen.h"
 
 namespace backsight {
 namespace {
 
 constexpr std::array kTries = {1.0, 0.75, 0.5, 0.375};  // of the largest suppression radius
 
-/// Scatter about (x0, y0, z0). In double, because saliencies of neighbours are compared and the
-/// smallest eigenvalue is a small part of the sums.
-Eigen::Matrix3d ScatterAbout(float x0, float y0, float z0, const BallSearch& search,
-                             std::span<const std::uint32_t> neighbors) {
-  double xx = 0.0, xy = 0.0, xz = 0.0, yy = 0.0, yz = 0.0, zz = 0.0;
-  for (const std::uint32_t j : neighbors) {
-    const double x = static_cast<double>(search.Axis(0)[j]) - x0;
-    const double y = static_cast<double>(search.Axis(1)[j]) - y0;
-    const double z = static_cast<double>(search.Axis(2)[j]) - z0;
-    xx += x * x;
-    xy += x * y;
-    xz += x * z;
-    yy += y * y;
-    yz += y * z;
-    zz += z * z;
-  }
-  Eigen::Matrix3d scatter;
-  scatter << xx, xy, xz, xy, yy, yz, xz, yz, zz;
-  return scatter;
-}
+/// Saliencies of the cells of one run after another.
+class SaliencyComputer {
+ public:
+  SaliencyComputer(const LeafGrid& grid, const IssParameters& parameters)
+      : grid_(grid), parameters_(parameters), search_(grid, parameters.salient_radius_m) {}
 
-double Saliency(const Eigen::Matrix3d& scatter, const IssParameters& parameters) {
-  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
-  solver.computeDirect(scatter, Eigen::EigenvaluesOnly);
-  const Eigen::Vector3d& e = solver.eigenvalues();  // ascending
-  const bool salient =
-      e[0] > 0.0 && e[1] / e[2] < parameters.gamma_21 && e[0] / e[1] < parameters.gamma_32;
-  return salient ? e[0] : 0.0;
-}
-
-/// Saliencies by place.
-std::vector<double> Saliencies(const LeafGrid& grid, const IssParameters& parameters,
-                               const ExecutionContext& context) {
-  std::vector<double> saliencies(grid.size(), 0.0);
-  grid.ForCells(context, [&](LeafGrid::Range cells) {
-    BallSearch search(grid, parameters.salient_radius_m);
+  void Compute(LeafGrid::Range cells, std::vector<double>* saliencies) {
+    const std::uint32_t first = grid_.Cell(cells.begin).begin;
+    scatters_.Resize(grid_.Cell(cells.end - 1).end - first);
+    counts_.resize(scatters_.count);
     for (std::uint32_t cell = cells.begin; cell < cells.end; ++cell) {
-      search.EnterCell(cell);
-      const LeafGrid::Range places = grid.Cell(cell);
+      search_.EnterCell(cell);
+      const LeafGrid::Range places = grid_.Cell(cell);
       for (std::uint32_t place = places.begin; place < places.end; ++place) {
-        const auto neighbors = search.Around(place);
-        if (static_cast<int>(neighbors.size()) < parameters.min_neighbors) continue;
-        saliencies[place] = Saliency(ScatterAbout(grid.Axis(0)[place], grid.Axis(1)[place],
-                                                  grid.Axis(2)[place], search, neighbors),
-                                     parameters);
+        const NeighborhoodMoments m =
+            SumMoments(search_.Candidates(), grid_.At(place), search_.squared_radius());
+        scatters_.Set(place - first, {m.xx, m.xy, m.xz, m.yy, m.yz, m.zz});
+        counts_[place - first] = static_cast<int>(m.count);
       }
     }
+    FindEigenvalues(scatters_, &eigenvalues_);
+    for (std::size_t i = 0; i < scatters_.count; ++i) (*saliencies)[first + i] = Saliency(i);
+  }
+
+ private:
+  double Saliency(std::size_t i) const {
+    const auto& [low, middle, high] = eigenvalues_;
+    const bool salient = counts_[i] >= parameters_.min_neighbors && low[i] > 0.0 &&
+                         middle[i] / high[i] < parameters_.gamma_21 &&
+                         low[i] / middle[i] < parameters_.gamma_32;
+    return salient ? low[i] : 0.0;
+  }
+
+  const LeafGrid& grid_;
+  const IssParameters& parameters_;
+  BallSearch search_;
+  SymmetricColumns scatters_;
+  std::vector<int> counts_;
+  EigenvalueColumns eigenvalues_;
+};
+
+/// Saliencies by place, padded by 0.
+std::vector<double> Saliencies(const LeafGrid& grid, const IssParameters& parameters,
+                               const ExecutionContext& context) {
+  std::vector<double> saliencies(grid.size() + LeafGrid::kPadding, 0.0);
+  grid.ForCells(context, [&](LeafGrid::Range cells) {
+    SaliencyComputer(grid, parameters).Compute(cells, &saliencies);
   });
   return saliencies;
-}
-
-/// Positions in ascending order of value; equal values share one, 0 stays 0. Integers compare four
-/// at a time where doubles compare two.
-std::vector<std::int32_t> Ranks(const std::vector<double>& values) {
-  std::vector<std::uint32_t> order;
-  for (std::uint32_t i = 0; i < values.size(); ++i) {
-    if (values[i] > 0.0) order.push_back(i);
-  }
-  std::sort(order.begin(), order.end(),
-            [&](std::uint32_t a, std::uint32_t b) { return values[a] < values[b]; });
-  std::vector<std::int32_t> ranks(values.size(), 0);
-  std::int32_t rank = 0;
-  for (std::size_t k = 0; k < order.size(); ++k) {
-    if (k == 0 || values[order[k - 1]] < values[order[k]]) ++rank;
-    ranks[order[k]] = rank;
-  }
-  return ranks;
-}
-
-/// Squared distance to the nearest candidate of higher rank; infinite if there is none.
-float SquaredIsolation(std::span<const float> squared, const std::vector<std::int32_t>& ranks,
-                       std::int32_t rank) {
-  // Distances that are not negative order like their bits, and integer minima are vectorised.
-  auto nearest = std::bit_cast<std::int32_t>(std::numeric_limits<float>::infinity());
-  for (std::size_t j = 0; j < squared.size(); ++j) {
-    const auto bits = std::bit_cast<std::int32_t>(squared[j]);
-    const std::int32_t candidate =
-        ranks[j] > rank ? bits : std::numeric_limits<std::int32_t>::max();
-    nearest = std::min(nearest, candidate);
-  }
-  return std::bit_cast<float>(nearest);
 }
 
 /// Bit t: the point is a key point in try t. One pass serves all tries: a point stands in those
@@ -115,10 +82,10 @@ std::uint8_t TriesPassed(std::span<const float> squared, float squared_isolation
 /// True if a point of the same cell suppresses this one in every try. Most points fall here,
 /// without a look at all their neighbours.
 bool SuppressedInCell(const LeafGrid& grid, LeafGrid::Range cell, std::uint32_t place,
-                      const std::vector<std::int32_t>& ranks, double radius_m) {
+                      const std::vector<double>& saliencies, double radius_m) {
   const auto squared_radius = static_cast<float>(radius_m * radius_m);
   for (std::uint32_t other = cell.begin; other < cell.end; ++other) {
-    if (ranks[other] <= ranks[place]) continue;
+    if (saliencies[other] <= saliencies[place]) continue;
     const float dx = grid.Axis(0)[other] - grid.Axis(0)[place];
     const float dy = grid.Axis(1)[other] - grid.Axis(1)[place];
     const float dz = grid.Axis(2)[other] - grid.Axis(2)[place];
@@ -128,25 +95,32 @@ bool SuppressedInCell(const LeafGrid& grid, LeafGrid::Range cell, std::uint32_t 
 }
 
 /// TriesPassed by point.
-std::vector<std::uint8_t> Suppress(const LeafGrid& grid, const std::vector<std::int32_t>& ranks,
+std::vector<std::uint8_t> Suppress(const LeafGrid& grid, const std::vector<double>& saliencies,
                                    const IssParameters& parameters,
                                    const ExecutionContext& context) {
   const double smallest_radius_m = kTries.back() * parameters.non_max_radius_m;
   std::vector<std::uint8_t> passed(grid.size(), 0);
   grid.ForCells(context, [&](LeafGrid::Range cells) {
     BallSearch search(grid, parameters.non_max_radius_m);
-    std::vector<std::int32_t> candidate_ranks;
+    std::vector<double> others;
     for (std::uint32_t cell = cells.begin; cell < cells.end; ++cell) {
-      search.EnterCell(cell);
-      search.Gather(ranks, &candidate_ranks);
       const LeafGrid::Range places = grid.Cell(cell);
+      bool entered = false;
       for (std::uint32_t place = places.begin; place < places.end; ++place) {
-        if (ranks[place] == 0 || SuppressedInCell(grid, places, place, ranks, smallest_radius_m)) {
+        if (saliencies[place] == 0.0 ||
+            SuppressedInCell(grid, places, place, saliencies, smallest_radius_m)) {
           continue;
         }
-        const auto squared = search.SquaredDistances(place);
-        const float isolation = SquaredIsolation(squared, candidate_ranks, ranks[place]);
-        passed[grid.LeafAt(place)] = TriesPassed(squared, isolation, parameters);
+        if (!entered) {
+          search.EnterCell(cell);
+          search.Gather(saliencies, 0.0, &others);
+          entered = true;
+        }
+        const float isolation = SquaredDistanceToGreater(search.Candidates(), others.data(),
+                                                         grid.At(place), saliencies[place]);
+        if (isolation < static_cast<float>(smallest_radius_m * smallest_radius_m)) continue;
+        passed[grid.LeafAt(place)] =
+            TriesPassed(search.SquaredDistances(place), isolation, parameters);
       }
     }
   });
@@ -157,9 +131,9 @@ std::vector<std::uint8_t> Suppress(const LeafGrid& grid, const std::vector<std::
 
 std::vector<std::uint32_t> FindIssKeypoints(const LeafGrid& grid, const IssParameters& parameters,
                                             const ExecutionContext& context) {
-  const auto ranks = Ranks(Saliencies(grid, parameters, context));
+  const auto saliencies = Saliencies(grid, parameters, context);
   context.CheckStop();
-  const auto passed = Suppress(grid, ranks, parameters, context);
+  const auto passed = Suppress(grid, saliencies, parameters, context);
   std::vector<std::uint32_t> keypoints;
   for (std::size_t t = 0; t < kTries.size(); ++t) {
     keypoints.clear();

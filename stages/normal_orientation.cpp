@@ -1,12 +1,13 @@
 #include "stages/normal_orientation.h"
 
-#include <Eigen/Eigenvalues>
-#include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <queue>
 #include <unordered_map>
 
-#include "core/neighbors.h"
+#include "stages/leaf_grid.h"
+#include "stages/symmetric_eigen.h"
 
 namespace backsight {
 namespace {
@@ -20,6 +21,7 @@ struct Patch {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();
   int leaves = 0;
+  std::vector<std::uint32_t> neighbors;  // itself among them
 };
 
 struct PatchSurface {
@@ -31,47 +33,88 @@ PatchSurface MakePatches(const StationModel& model) {
   const VoxelLattice lattice{.edge_m = kPatchEdge * model.resolution_m()};
   PatchSurface surface;
   std::unordered_map<std::uint64_t, std::uint32_t> slots;
+  std::uint64_t last_key = ~std::uint64_t{0};
+  std::uint32_t last_slot = 0;  // leaves of one patch often follow each other
+  surface.patch_of_leaf.reserve(model.leaves.size());
   for (const VoxelLeaf& leaf : model.leaves) {
-    const auto [slot, is_new] = slots.try_emplace(
-        lattice.Key(leaf.cluster.mean), static_cast<std::uint32_t>(surface.patches.size()));
-    if (is_new) surface.patches.emplace_back();
-    Patch& patch = surface.patches[slot->second];
+    const std::uint64_t key = lattice.Key(leaf.cluster.mean);
+    if (key != last_key) {
+      const auto next = static_cast<std::uint32_t>(surface.patches.size());
+      const auto [slot, is_new] = slots.try_emplace(key, next);
+      if (is_new) surface.patches.emplace_back();
+      last_key = key;
+      last_slot = slot->second;
+    }
+    Patch& patch = surface.patches[last_slot];
     patch.position += leaf.cluster.mean;
     ++patch.leaves;
-    surface.patch_of_leaf.push_back(slot->second);
+    surface.patch_of_leaf.push_back(last_slot);
   }
   for (Patch& patch : surface.patches) patch.position /= patch.leaves;
   return surface;
 }
 
-std::vector<Eigen::Vector3d> Positions(const std::vector<Patch>& patches) {
-  std::vector<Eigen::Vector3d> positions;
+std::vector<Eigen::Vector3f> Positions(const std::vector<Patch>& patches) {
+  std::vector<Eigen::Vector3f> positions;
   positions.reserve(patches.size());
-  for (const Patch& patch : patches) positions.push_back(patch.position);
+  for (const Patch& patch : patches) positions.push_back(patch.position.cast<float>());
   return positions;
 }
 
-/// Normal of each patch from the patches around it; zero where there are too few.
-void EstimateNormals(const NeighborSearch& search, double reach_m, std::vector<Patch>* patches) {
-  constexpr std::size_t kFewest = 5;
-  for (Patch& patch : *patches) {
-    PointCluster cluster;
-    const auto neighbors = search.Within(patch.position, reach_m);
-    if (neighbors.size() < kFewest) continue;
-    for (const auto& neighbor : neighbors) {
-      const Patch& other = (*patches)[neighbor.index];
-      cluster +=
-          PointCluster{static_cast<double>(other.leaves), other.position, Eigen::Matrix3d::Zero()};
+void FindNeighbors(const LeafGrid& grid, double reach_m, const ExecutionContext& context,
+                   std::vector<Patch>* patches) {
+  std::vector<std::uint32_t> indices(grid.size() + LeafGrid::kPadding);
+  for (std::size_t place = 0; place < grid.size(); ++place) indices[place] = grid.LeafAt(place);
+  grid.ForCells(context, [&](LeafGrid::Range cells) {
+    BallSearch search(grid, reach_m);
+    std::vector<std::uint32_t> candidates;
+    for (std::uint32_t cell = cells.begin; cell < cells.end; ++cell) {
+      search.EnterCell(cell);
+      search.Gather(indices, 0U, &candidates);
+      for (std::uint32_t place = grid.Cell(cell).begin; place < grid.Cell(cell).end; ++place) {
+        const auto found = search.Around(place);
+        auto& neighbors = (*patches)[grid.LeafAt(place)].neighbors;
+        neighbors.reserve(found.size());
+        for (const std::uint32_t j : found) neighbors.push_back(candidates[j]);
+      }
     }
-    patch.normal =
-        Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(cluster.scatter).eigenvectors().col(0);
+  });
+}
+
+/// Scatter of the patch's neighbours about their mean, weighted by their leaves: xx xy xz yy yz zz.
+std::array<double, 6> ScatterAround(const Patch& patch, const std::vector<Patch>& patches) {
+  double weight = 0.0;
+  Eigen::Vector3d first = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
+  for (const std::uint32_t n : patch.neighbors) {
+    const Patch& other = patches[n];
+    const Eigen::Vector3d offset = other.position - patch.position;
+    weight += other.leaves;
+    first += other.leaves * offset;
+    second += other.leaves * offset * offset.transpose();
+  }
+  const Eigen::Matrix3d m = second - first * first.transpose() / weight;
+  return {m(0, 0), m(0, 1), m(0, 2), m(1, 1), m(1, 2), m(2, 2)};
+}
+
+/// Normal of each patch from the patches around it; zero where there are too few.
+void EstimateNormals(std::vector<Patch>* patches) {
+  constexpr std::size_t kFewest = 5;
+  SymmetricColumns scatters;
+  scatters.Resize(patches->size());
+  for (std::size_t i = 0; i < patches->size(); ++i) {
+    scatters.Set(i, ScatterAround((*patches)[i], *patches));
+  }
+  const std::vector<Eigen::Vector3d> directions = LeastDirections(scatters);
+  for (std::size_t i = 0; i < patches->size(); ++i) {
+    if ((*patches)[i].neighbors.size() >= kFewest) (*patches)[i].normal = directions[i];
   }
 }
 
 /// Grows one connected part from `seed` along its smoothest connections, making signs agree.
-std::vector<std::uint32_t> Propagate(const NeighborSearch& search, double reach_m,
-                                     std::uint32_t seed, std::vector<char>* done,
-                                     std::vector<Patch>* patches) {
+/// `reached`: by patch, the least roughness of a connection to it so far.
+std::vector<std::uint32_t> Propagate(std::uint32_t seed, std::vector<double>* reached,
+                                     std::vector<char>* done, std::vector<Patch>* patches) {
   struct Step {
     double roughness;
     std::uint32_t from, to;
@@ -90,26 +133,31 @@ std::vector<std::uint32_t> Propagate(const NeighborSearch& search, double reach_
     part.push_back(step.to);
     Patch& patch = (*patches)[step.to];
     if (patch.normal.dot((*patches)[step.from].normal) < 0.0) patch.normal = -patch.normal;
-    for (const auto& neighbor : search.Within(patch.position, reach_m)) {
-      const Patch& other = (*patches)[neighbor.index];
-      if ((*done)[neighbor.index] != 0 || other.normal.isZero()) continue;
-      queue.push({1.0 - std::abs(patch.normal.dot(other.normal)), step.to, neighbor.index});
+    for (const std::uint32_t n : patch.neighbors) {
+      const Patch& other = (*patches)[n];
+      if ((*done)[n] != 0 || other.normal.isZero()) continue;
+      const double roughness = 1.0 - std::abs(patch.normal.dot(other.normal));
+      if (roughness >= (*reached)[n]) continue;
+      (*reached)[n] = roughness;
+      queue.push({roughness, step.to, n});
     }
   }
   return part;
 }
 
-void OrientByContinuity(double reach_m, std::vector<Patch>* patches) {
+void OrientByContinuity(double reach_m, const ExecutionContext& context,
+                        std::vector<Patch>* patches) {
   Eigen::Vector3d centroid = Eigen::Vector3d::Zero();
   for (const Patch& patch : *patches) {
     centroid += patch.position / static_cast<double>(patches->size());
   }
-  const NeighborSearch search(Positions(*patches));
-  EstimateNormals(search, reach_m, patches);
+  FindNeighbors(LeafGrid(Positions(*patches), reach_m / 2.0), reach_m, context, patches);
+  EstimateNormals(patches);
+  std::vector<double> reached(patches->size(), std::numeric_limits<double>::infinity());
   std::vector<char> done(patches->size(), 0);
   for (std::uint32_t seed = 0; seed < patches->size(); ++seed) {
     if (done[seed] != 0 || (*patches)[seed].normal.isZero()) continue;
-    const auto part = Propagate(search, reach_m, seed, &done, patches);
+    const auto part = Propagate(seed, &reached, &done, patches);
     int towards = 0;
     for (const std::uint32_t p : part) {
       const Patch& patch = (*patches)[p];
@@ -135,12 +183,13 @@ double AgreementWithScanner(const std::vector<Patch>& patches) {
 }  // namespace
 
 NormalOrientation OrientNormals(const StationModel& model, bool scanner_known,
+                                const ExecutionContext& context,
                                 std::vector<Eigen::Vector3f>* normals) {
   NormalOrientation result;
   PatchSurface surface;
   if (!scanner_known) {
     surface = MakePatches(model);
-    OrientByContinuity(kPatchReach * model.resolution_m(), &surface.patches);
+    OrientByContinuity(kPatchReach * model.resolution_m(), context, &surface.patches);
     result.agreement = AgreementWithScanner(surface.patches);
     result.scanner_credible = result.agreement >= kCredible;
   }

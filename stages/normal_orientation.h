@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "core/execution.h"
 #include "stages/station_model.h"
 
 namespace backsight {
@@ -23,6 +24,7 @@ struct NormalOrientation {
 /// cloud's centroid, around which a scanned scene is open. Where the two disagree the scan is not
 /// in its scanner's frame and the propagated signs are taken. Rotation-invariant. NaN normals stay.
 NormalOrientation OrientNormals(const StationModel& model, bool scanner_known,
+                                const ExecutionContext& context,
                                 std::vector<Eigen::Vector3f>* normals);
 
 }  // namespace backsight

@@ -1,105 +1,186 @@
-#include <benchmark/benchmark.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <ctime>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
 
 #include "stages/features.h"
 #include "stages/fpfh.h"
+#include "stages/ingest.h"
 #include "stages/leaf_grid.h"
 #include "stages/normal_orientation.h"
 #include "stages/normals.h"
 #include "tests/support/feature_scene.h"
 #include "tests/support/pcl_features.h"
+#include "tests/support/street_scene.h"
 
-// Ours against PCL, one thread, on the same simulated station of some 50,000 voxels.
+// Features of a small simulated station, a station of ETH Facade and a simulated scan of 10 million
+// points, ours and PCL's with the same radii and key points in one run. Times are medians, of one
+// thread in the processor's time, which other programs on the machine disturb least:
+//   features_benchmark [yard] [eth] [street]     (all if none is named)
 
 namespace backsight {
 namespace {
 
-struct Station {
-  StationModel model = MakeYardStation(7, 4.0);
-  std::vector<Eigen::Vector3f> points = LeafPositions(model);
-  double l = model.resolution_m();
-  ExecutionContext context{1};
-  LeafGrid grid{points, 3.0 * l};
-  IssParameters iss{.salient_radius_m = 6.0 * l, .non_max_radius_m = 4.0 * l};
-  StationFeatures features = ComputeFeatures(model, {}, context);
+constexpr double kResolution = 0.1;
+constexpr double kCellEdge = 4.0 * kResolution;  // as ComputeFeatures takes it
+
+struct Cloud {
+  std::string name;
+  StationModel model;
+  int pcl_runs = 3;
 };
 
-const Station& TheStation() {
-  static const Station station;
-  return station;
+enum class Clock { kProcessor, kWall };
+
+double NowMs(Clock clock) {
+  if (clock == Clock::kProcessor) return 1e3 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
+  const auto now = std::chrono::steady_clock::now().time_since_epoch();
+  return std::chrono::duration<double, std::milli>(now).count();
 }
 
-void Report(benchmark::State& state) {
-  const Station& s = TheStation();
-  state.counters["voxels"] = static_cast<double>(s.points.size());
-  state.counters["keypoints"] = static_cast<double>(s.features.keypoints.size());
-}
-
-void BM_Grid(benchmark::State& state) {
-  const Station& s = TheStation();
-  for (auto _ : state) benchmark::DoNotOptimize(LeafGrid(s.points, 3.0 * s.l));
-  Report(state);
-}
-
-void BM_Normals(benchmark::State& state) {
-  const Station& s = TheStation();
-  for (auto _ : state) {
-    benchmark::DoNotOptimize(EstimateNormals(s.grid, 3.0 * s.l, s.context));
+/// Median time of `runs` runs.
+double Milliseconds(int runs, Clock clock, const std::function<void()>& body) {
+  std::vector<double> times;
+  for (int run = 0; run < runs; ++run) {
+    const double start = NowMs(clock);
+    body();
+    times.push_back(NowMs(clock) - start);
   }
+  std::sort(times.begin(), times.end());
+  return times[times.size() / 2];
 }
 
-void BM_NormalsPcl(benchmark::State& state) {
-  const Station& s = TheStation();
-  for (auto _ : state) benchmark::DoNotOptimize(PclNormals(s.points, 3.0 * s.l));
+struct StepTimes {
+  double sorting = 0.0, normals = 0.0, orientation = 0.0, iss = 0.0, fpfh = 0.0, all = 0.0;
+};
+
+/// Radii as ComputeFeatures takes them by default.
+IssParameters DefaultIss() {
+  return {.salient_radius_m = 6.0 * kResolution,
+          .non_max_radius_m = 4.0 * kResolution,
+          .keypoints = FeatureOptions().keypoints};
 }
 
-void BM_Orientation(benchmark::State& state) {
-  const Station& s = TheStation();
-  for (auto _ : state) {
-    std::vector<Eigen::Vector3f> normals = s.features.normals;
-    benchmark::DoNotOptimize(OrientNormals(s.model, false, &normals));
+StepTimes TimeOurs(const Cloud& cloud, int threads) {
+  constexpr int kRuns = 7;
+  const Clock clock = threads == 1 ? Clock::kProcessor : Clock::kWall;
+  const ExecutionContext context(threads);
+  const std::vector<Eigen::Vector3f> points = LeafPositions(cloud.model);
+  const LeafGrid grid(points, kCellEdge);
+  std::vector<Eigen::Vector3f> normals;
+  std::vector<std::uint32_t> keypoints;
+  StepTimes times;
+  times.sorting = Milliseconds(kRuns, clock, [&] { LeafGrid(points, kCellEdge); });
+  times.normals = Milliseconds(
+      kRuns, clock, [&] { normals = EstimateNormals(grid, 3.0 * kResolution, context); });
+  times.orientation =
+      Milliseconds(kRuns, clock, [&] { OrientNormals(cloud.model, false, context, &normals); });
+  times.iss = Milliseconds(kRuns, clock,
+                           [&] { keypoints = FindIssKeypoints(grid, DefaultIss(), context); });
+  times.fpfh = Milliseconds(
+      kRuns, clock, [&] { ComputeFpfh(grid, normals, keypoints, 8.0 * kResolution, context); });
+  times.all = Milliseconds(kRuns, clock, [&] { ComputeFeatures(cloud.model, {}, context); });
+  return times;
+}
+
+struct PclResult {
+  StepTimes times;
+  std::size_t keypoints = 0;
+  bool same_keypoints = false;
+  double fpfh_difference = 0.0;
+};
+
+PclResult TimePcl(const Cloud& cloud) {
+  const ExecutionContext context(0);
+  const std::vector<Eigen::Vector3f> points = LeafPositions(cloud.model);
+  const LeafGrid grid(points, kCellEdge);
+  const std::vector<Eigen::Vector3f> normals = EstimateNormals(grid, 3.0 * kResolution, context);
+  const auto ours = FindIssKeypoints(grid, DefaultIss(), context);
+  // PCL does not shorten the radius of suppression by itself: it gets the one at which ours ended.
+  IssParameters iss = DefaultIss();
+  iss.keypoints = 0;
+  while (FindIssKeypoints(grid, iss, context) != ours) {
+    iss.non_max_radius_m -= DefaultIss().non_max_radius_m / 8.0;
   }
+  PclResult result;
+  result.keypoints = ours.size();
+  std::vector<std::uint32_t> keypoints;
+  std::vector<FpfhDescriptor> descriptors;
+  StepTimes& times = result.times;
+  times.normals = Milliseconds(cloud.pcl_runs, Clock::kProcessor,
+                               [&] { PclNormals(points, 3.0 * kResolution); });
+  times.iss = Milliseconds(cloud.pcl_runs, Clock::kProcessor,
+                           [&] { keypoints = PclIssKeypoints(points, iss); });
+  times.fpfh = Milliseconds(cloud.pcl_runs, Clock::kProcessor, [&] {
+    descriptors = PclFpfh(points, normals, ours, 8.0 * kResolution);
+  });
+  times.all = times.normals + times.iss + times.fpfh;
+  result.same_keypoints = keypoints == ours;
+  result.fpfh_difference = MedianRelativeDifference(
+      ComputeFpfh(grid, normals, ours, 8.0 * kResolution, context), descriptors);
+  return result;
 }
 
-void BM_Iss(benchmark::State& state) {
-  const Station& s = TheStation();
-  for (auto _ : state) benchmark::DoNotOptimize(FindIssKeypoints(s.grid, s.iss, s.context));
+void PrintRow(const char* step, std::size_t voxels, double one, double all_threads, double pcl) {
+  const std::string reference = pcl > 0.0 ? fmt::format("{:10.1f} {:8.1f}", pcl, pcl / one) : "";
+  fmt::print("  {:22} {:10.1f} {:10.2f} {:12.1f} {}\n", step, one,
+             1e-3 * static_cast<double>(voxels) / one, all_threads, reference);
 }
 
-void BM_IssPcl(benchmark::State& state) {
-  const Station& s = TheStation();
-  for (auto _ : state) benchmark::DoNotOptimize(PclIssKeypoints(s.points, s.iss));
+void Compare(const Cloud& cloud) {
+  const std::size_t voxels = cloud.model.leaves.size();
+  const StepTimes one = TimeOurs(cloud, 1);
+  const StepTimes all = TimeOurs(cloud, 0);
+  const PclResult pcl = TimePcl(cloud);
+  fmt::print("{}: {} points, {} voxels, {} key points\n", cloud.name, cloud.model.points, voxels,
+             pcl.keypoints);
+  fmt::print("  {:22} {:>10} {:>10} {:>12} {:>10} {:>8}\n", "", "1 thread,", "million",
+             fmt::format("{} threads,", ExecutionContext(0).threads()), "PCL,", "factor,");
+  fmt::print("  {:22} {:>10} {:>10} {:>12} {:>10} {:>8}\n", "step", "ms", "voxels/s", "ms", "ms",
+             "1 thread");
+  PrintRow("sorting into cells", voxels, one.sorting, all.sorting, 0.0);
+  PrintRow("normals", voxels, one.normals, all.normals, pcl.times.normals);
+  PrintRow("orientation of normals", voxels, one.orientation, all.orientation, 0.0);
+  PrintRow("ISS key points", voxels, one.iss, all.iss, pcl.times.iss);
+  PrintRow("FPFH", voxels, one.fpfh, all.fpfh, pcl.times.fpfh);
+  PrintRow("all", voxels, one.all, all.all, pcl.times.all);
+  fmt::print("  key points {} PCL's, median relative difference of FPFH {:.1e}\n\n",
+             pcl.same_keypoints ? "identical to" : "DIFFER from", pcl.fpfh_difference);
+  std::fflush(stdout);
 }
 
-void BM_Fpfh(benchmark::State& state) {
-  const Station& s = TheStation();
-  for (auto _ : state) {
-    benchmark::DoNotOptimize(
-        ComputeFpfh(s.grid, s.features.normals, s.features.keypoints, 8.0 * s.l, s.context));
+void CompareEth() {
+  const char* root = std::getenv("BACKSIGHT_DATA");
+  const std::string path =
+      std::string(root != nullptr ? root : "../shared/data") + "/eth_facade/s1.pcd";
+  if (!std::filesystem::exists(path)) {
+    fmt::print("eth: skipped, there is no {}\n\n", path);
+    return;
   }
+  const auto reader = OpenScan(path);
+  const IngestOptions options{.resolution_m = kResolution};
+  Compare({"eth", IngestScan("s1", *reader, {}, options, ExecutionContext(0)).model});
 }
 
-void BM_FpfhPcl(benchmark::State& state) {
-  const Station& s = TheStation();
-  for (auto _ : state) {
-    benchmark::DoNotOptimize(
-        PclFpfh(s.points, s.features.normals, s.features.keypoints, 8.0 * s.l));
-  }
+void Run(const std::vector<std::string>& names) {
+  const auto wanted = [&](const char* name) {
+    return names.empty() || std::find(names.begin(), names.end(), name) != names.end();
+  };
+  if (wanted("yard")) Compare({"yard", MakeYardStation(7, 4.0)});
+  if (wanted("eth")) CompareEth();
+  if (wanted("street")) Compare({"street", MakeStreetStation(ExecutionContext(0)), 1});
 }
-
-void BM_ComputeFeatures(benchmark::State& state) {
-  const Station& s = TheStation();
-  for (auto _ : state) benchmark::DoNotOptimize(ComputeFeatures(s.model, {}, s.context));
-}
-
-BENCHMARK(BM_Grid)->Unit(benchmark::kMillisecond);
-BENCHMARK(BM_Normals)->Unit(benchmark::kMillisecond);
-BENCHMARK(BM_NormalsPcl)->Unit(benchmark::kMillisecond);
-BENCHMARK(BM_Orientation)->Unit(benchmark::kMillisecond);
-BENCHMARK(BM_Iss)->Unit(benchmark::kMillisecond);
-BENCHMARK(BM_IssPcl)->Unit(benchmark::kMillisecond);
-BENCHMARK(BM_Fpfh)->Unit(benchmark::kMillisecond);
-BENCHMARK(BM_FpfhPcl)->Unit(benchmark::kMillisecond);
-BENCHMARK(BM_ComputeFeatures)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace backsight
+
+int main(int argc, char** argv) {
+  backsight::Run(std::vector<std::string>(argv + 1, argv + argc));
+  return 0;
+}
