@@ -37,7 +37,7 @@ HWY_INLINE Squares<D> SquaresAt(D d, const ColumnView& c, std::size_t a, std::si
 }
 
 /// Factors of the test that needs no root: with squared lengths A and B, |sqrt A - sqrt B| < e
-/// implies (A - B)^2 < e^2 (sqrt A + sqrt B)^2 <= 2 e^2 (A + B). One part in a hundred and the
+/// implies (A - B)^2 <= e^2 (sqrt A + sqrt B)^2 <= 2 e^2 (A + B). One part in a hundred and the
 /// second term cover what single precision rounds in lengths up to 2^12 e.
 struct RootlessTest {
   explicit RootlessTest(float limit_m) : linear(2.02F * limit_m * limit_m) {}
@@ -51,7 +51,7 @@ HWY_INLINE hn::Mask<D> MayAgree(D d, const Squares<D>& s, const RootlessTest& te
   const auto difference = hn::Sub(s.in_source, s.in_target);
   const auto bound =
       hn::Mul(sum, hn::Add(hn::Set(d, test.linear), hn::Mul(sum, hn::Set(d, test.kSquare))));
-  return hn::Lt(hn::Mul(difference, difference), bound);
+  return hn::Le(hn::Mul(difference, difference), bound);
 }
 
 /// exp(-y) for 0 <= y <= 2/3, relative error below 3e-7.
