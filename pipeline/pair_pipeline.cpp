@@ -63,7 +63,7 @@ struct PairClouds {
     few.normal_sigma_m = 0.1 * target.model.resolution_m();
     few.sample = 2000;
     few.max_iterations = 6;
-    return RefineOnSurfaces(source, target, target_index.search, target_from_source,
+    return RefineOnSurfaces(source, target, target_index, target_from_source,
                             Matrix6d::Zero(), few)
         .target_from_source;
   }
@@ -83,7 +83,7 @@ PairCandidate MakeCandidate(const PairClouds& clouds, CoarseCandidate coarse,
   PairCandidate candidate;
   const FineInput fine_input{clouds.source,
                              clouds.target,
-                             clouds.target_index.search,
+                             clouds.target_index,
                              coarse.target_from_source,
                              coarse.information,
                              std::move(structure_points)};

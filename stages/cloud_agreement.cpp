@@ -1,7 +1,6 @@
 #include "stages/cloud_agreement.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace backsight {
@@ -32,29 +31,6 @@ std::vector<Eigen::Vector3d> Means(const StationModel& model) {
   return means;
 }
 
-/// Calls `visit(leaf)` for the leaves in the point's voxel and the six that share a face with it,
-/// `key_of(i)` being the key of leaf i of `count`. Neighbours along z follow each other.
-template <class KeyOf, class Visit>
-void VisitLeavesAround(const VoxelLattice& lattice, std::size_t count, KeyOf key_of,
-                       const Eigen::Vector3d& point, Visit visit) {
-  if (!lattice.Contains(point)) return;
-  const Eigen::Vector3i cell = lattice.Cell(point);
-  constexpr std::array<std::array<int, 3>, 5> kColumns{
-      {{0, 0, 1}, {-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}}};  // x, y, reach along z
-  for (const auto& [x, y, reach] : kColumns) {
-    const std::uint64_t first = VoxelLattice::Pack(cell + Eigen::Vector3i(x, y, -reach));
-    const std::uint64_t last = first + static_cast<std::uint64_t>(2 * reach);
-    std::size_t begin = 0;
-    for (std::size_t length = count; length > 0;) {
-      const std::size_t half = length / 2;
-      const bool before = key_of(begin + half) < first;
-      begin = before ? begin + half + 1 : begin;
-      length = before ? length - half - 1 : half;
-    }
-    for (std::size_t i = begin; i < count && key_of(i) <= last; ++i) visit(i);
-  }
-}
-
 /// How well a point lies on the surfaces in and beside its voxel: whether there is any, and 1 on it
 /// falling to 0 at the tolerance.
 struct Fit {
@@ -65,18 +41,16 @@ struct Fit {
 Fit FitPoint(const Surface& reference, const CloudIndex& index, const Eigen::Vector3d& point,
              const Eigen::Vector3f& normal, double tolerance_m) {
   Fit fit;
-  VisitLeavesAround(
-      reference.model.lattice, index.keys.size(), [&](std::size_t i) { return index.keys[i]; },
-      point,
-      [&](std::size_t leaf) {
-        const Eigen::Vector3f& n = reference.normals[leaf];
-        // Back to back are the two sides of a wall, not one surface.
-        if (n.dot(normal) < 0.0F) return;
-        fit.met = true;
-        if (!(n.dot(normal) > kLikeNormal)) return;
-        const double distance = n.cast<double>().dot(point - index.means[leaf]) / tolerance_m;
-        fit.score = std::max(fit.score, 1.0 - distance * distance);
-      });
+  index.voxels.VisitAround(point, [&](std::uint32_t leaf) {
+    const Eigen::Vector3f& n = reference.normals[leaf];
+    const float cosine = n.dot(normal);
+    // Back to back are the two sides of a wall, not one surface.
+    if (cosine < 0.0F) return;
+    fit.met = true;
+    if (!(cosine > kLikeNormal)) return;
+    const double distance = n.cast<double>().dot(point - index.means[leaf]) / tolerance_m;
+    fit.score = std::max(fit.score, 1.0 - distance * distance);
+  });
   return fit;
 }
 
@@ -162,7 +136,7 @@ CloudSample SampleCloud(const StationModel& model, std::size_t leaves) {
 }
 
 CloudIndex::CloudIndex(const StationModel& model)
-    : keys(Keys(model)),
+    : voxels(model.lattice, Keys(model)),
       means(Means(model)),
       search(means),
       sieve(SampleCloud(model, 1500)),

@@ -6,6 +6,7 @@
 
 #include "core/neighbors.h"
 #include "core/rigid_transform.h"
+#include "core/voxel_index.h"
 #include "stages/surface.h"
 
 namespace backsight {
@@ -29,7 +30,7 @@ CloudSample SampleCloud(const StationModel& model, std::size_t leaves);
 struct CloudIndex {
   explicit CloudIndex(const StationModel& model);
 
-  std::vector<std::uint64_t> keys;     ///< of the leaves, ascending: compact, for fast look-up
+  VoxelIndex voxels;                   ///< the leaves by position
   std::vector<Eigen::Vector3d> means;  ///< of the leaves
   NeighborSearch search;               ///< among them
   CloudSample sieve;                   ///< about 1,500 voxels: for many hypotheses

@@ -79,7 +79,7 @@ Eigen::Matrix3d ClusterCovariance(const PointCluster& cluster, double l, double 
 }
 
 /// The pairs under a motion; `groups`, if given, gets their gradients by cubes of the source.
-Iteration Collect(const Surface& source, const Surface& target, const NeighborSearch& search,
+Iteration Collect(const Surface& source, const Surface& target, const CloudIndex& index,
                   const RigidTransform& motion, const Options& options,
                   std::map<std::uint64_t, Vector6d>* groups) {
   const double l = target.model.resolution_m();
@@ -92,9 +92,9 @@ Iteration Collect(const Surface& source, const Surface& target, const NeighborSe
     if (!by_cluster && !source.normals[i].allFinite()) continue;
     const PointCluster& cluster = source.model.leaves[i].cluster;
     const Eigen::Vector3d moved = motion * cluster.mean;
-    const auto nearest = search.Nearest(moved, 1);
-    if (nearest.empty() || nearest[0].distance_m > kReach * l) continue;
-    const std::size_t j = nearest[0].index;
+    const auto nearest = index.voxels.Nearest(index.means, moved, kReach * l);
+    if (!nearest || std::sqrt(nearest->squared_m2) > kReach * l) continue;
+    const std::size_t j = nearest->voxel;
     const PointCluster& fixed = target.model.leaves[j].cluster;
     if (by_cluster) {
       const Eigen::Matrix3d own = ClusterCovariance(cluster, l, options.normal_sigma_m);
@@ -142,14 +142,14 @@ Matrix6d RobustInformation(const Iteration& last, const std::map<std::uint64_t, 
 }  // namespace
 
 SurfaceRefinement RefineOnSurfaces(const Surface& source, const Surface& target,
-                                   const NeighborSearch& target_search, const RigidTransform& start,
+                                   const CloudIndex& target_index, const RigidTransform& start,
                                    const Matrix6d& prior, const Options& options) {
   SurfaceRefinement result;
   result.target_from_source = start;
   while (result.iterations < options.max_iterations) {
     ++result.iterations;
     const RigidTransform& motion = result.target_from_source;
-    const Iteration iteration = Collect(source, target, target_search, motion, options, nullptr);
+    const Iteration iteration = Collect(source, target, target_index, motion, options, nullptr);
     result.matches = iteration.matches();
     if (result.matches < kFewestMatches) {
       result.target_from_source = start;
@@ -164,7 +164,7 @@ SurfaceRefinement RefineOnSurfaces(const Surface& source, const Surface& target,
   if (options.covariance == Options::Covariance::kCluster) {
     std::map<std::uint64_t, Vector6d> groups;
     const Iteration last =
-        Collect(source, target, target_search, result.target_from_source, options, &groups);
+        Collect(source, target, target_index, result.target_from_source, options, &groups);
     result.information =
         RobustInformation(last, groups, kSharedError * target.model.resolution_m());
     result.center = last.Center();
