@@ -54,8 +54,8 @@ VoxelIndex::VoxelIndex(const VoxelLattice& lattice, std::span<const std::uint64_
   }
 }
 
-/// One search of the nearest point: cell by cell from the query's own, leaving out what lies
-/// farther than the best so far. Lengths in cells.
+/// One search of the nearest point and the second nearest's distance: cell by cell from the query's
+/// own, leaving out what lies farther than these. Lengths in cells.
 class VoxelIndex::Search {
  public:
   Search(const VoxelIndex& index, std::span<const Eigen::Vector3d> points,
@@ -66,7 +66,7 @@ class VoxelIndex::Search {
         place_((query - index.lattice_.origin) / index.lattice_.edge_m),
         cell_(place_.array().floor().cast<int>()),
         per_square_(1.0 / (index.lattice_.edge_m * index.lattice_.edge_m)) {
-    best_.squared_m2 = radius_m * radius_m * (1.0 + kRounding);
+    best_.squared_m2 = best_.others_squared_m2 = radius_m * radius_m;
     reach_ = static_cast<int>(std::ceil(radius_m / index.lattice_.edge_m));
   }
 
@@ -77,7 +77,7 @@ class VoxelIndex::Search {
     for (int dx = 0; dx <= reach_; ++dx) {
       for (const int sx : {x + dx, x - dx}) {
         const double in_x = Gap(place_.x(), sx);
-        if (in_x * in_x > BestSquare()) continue;
+        if (in_x * in_x > Bound()) continue;
         VisitSlice(sx, y, in_x * in_x);
         if (dx == 0) break;
       }
@@ -92,13 +92,13 @@ class VoxelIndex::Search {
   static double Gap(double place, int cell) {
     return std::max({cell - place, place - cell - 1.0, 0.0}) - kRounding;
   }
-  double BestSquare() const { return best_.squared_m2 * per_square_; }
+  double Bound() const { return best_.others_squared_m2 * per_square_; }
 
   void VisitSlice(int x, int y, double in_x2) {
     for (int dy = 0; dy <= reach_; ++dy) {
       for (const int sy : {y + dy, y - dy}) {
         const double in_y = Gap(place_.y(), sy);
-        const double rest = BestSquare() - in_x2 - in_y * in_y;
+        const double rest = Bound() - in_x2 - in_y * in_y;
         if (rest >= 0.0) {
           const double reach = std::sqrt(rest) + kRounding;
           VisitRow(x, sy, static_cast<int>(std::floor(place_.z() - reach)),
@@ -126,10 +126,18 @@ class VoxelIndex::Search {
 
   void Offer(std::uint32_t voxel) {
     const double squared = (query_ - points_[voxel]).squaredNorm();
-    if (squared > best_.squared_m2) return;
-    if (found_ && squared == best_.squared_m2 && voxel > best_.voxel) return;
-    best_ = {voxel, squared};
-    found_ = true;
+    if (found_ && voxel == best_.voxel) return;  // the query's own cell comes twice
+    const bool closer =
+        squared < best_.squared_m2 ||
+        (squared == best_.squared_m2 && (!found_ || voxel < best_.voxel));
+    if (closer) {
+      if (found_) best_.others_squared_m2 = best_.squared_m2;
+      best_.voxel = voxel;
+      best_.squared_m2 = squared;
+      found_ = true;
+    } else {
+      best_.others_squared_m2 = std::min(best_.others_squared_m2, squared);
+    }
   }
 
   /// The brick asked for last is mostly the one that is asked for next.

@@ -30,9 +30,11 @@ class VoxelIndex {
   struct Neighbor {
     std::uint32_t voxel = 0;
     double squared_m2 = 0.0;
+    double others_squared_m2 = 0.0;  ///< no other point is closer than this
   };
   /// The nearest of `points`, point i in the cell of voxel i, none if all are farther from `query`
-  /// than `radius_m`; equal distances go to the lower voxel. Time O(1) for a radius of a few cells.
+  /// than `radius_m`; equal distances go to the lower voxel. `others_squared_m2` is the second
+  /// nearest's, or the radius's where that is less. Time O(1) for a radius of a few cells.
   std::optional<Neighbor> Nearest(std::span<const Eigen::Vector3d> points,
                                   const Eigen::Vector3d& query, double radius_m) const;
 

@@ -104,6 +104,19 @@ int EdgeEvaluator::DistinctRows() {
   return distinct;
 }
 
+/// Whether some rotation brings the candidate within the limit.
+bool EdgeEvaluator::CanMeet(const Candidate& k) const {
+  const double limit2 = limit_m_ * limit_m_;
+  const double quick = std::sqrt(k.source_u * k.source_u + k.source_v * k.source_v) -
+                       std::sqrt(k.target_u * k.target_u + k.target_v * k.target_v);
+  const double rest = quick * quick + k.along * k.along;
+  // Far from the limit the digits that hypot adds do not matter, and it takes its time.
+  if (std::abs(rest - limit2) > 1e-6 * limit2) return rest <= limit2;
+  const double exact =
+      std::hypot(k.source_u, k.source_v) - std::hypot(k.target_u, k.target_v);
+  return exact * exact + k.along * k.along <= limit2;
+}
+
 /// The rows as the edge sees them; drops those that no rotation satisfies.
 void EdgeEvaluator::CollectCandidates(const Edge& edge) {
   const Eigen::Matrix3d align = MinimalRotation(edge.source_axis, edge.target_axis);
@@ -114,13 +127,11 @@ void EdgeEvaluator::CollectCandidates(const Edge& edge) {
   for (const std::uint32_t k : rows_) {
     const Eigen::Vector3d m = align * (c_.source[k] - edge.source) + edge.middle_shift;
     const Eigen::Vector3d q = c_.target[k] - edge.target;
-    const Candidate candidate{k,        m.dot(u), m.dot(v), q.dot(u),
-                              q.dot(v), q.dot(axis) - m.dot(axis)};
-    const double radius_m = std::hypot(candidate.source_u, candidate.source_v);
-    const double radius_q = std::hypot(candidate.target_u, candidate.target_v);
-    const double rest =
-        (radius_m - radius_q) * (radius_m - radius_q) + candidate.along * candidate.along;
-    if (rest <= limit_m_ * limit_m_) candidates_.push_back(candidate);
+    Candidate candidate{k,        m.dot(u), m.dot(v), q.dot(u),
+                        q.dot(v), q.dot(axis) - m.dot(axis)};
+    if (!CanMeet(candidate)) continue;
+    PlaceInSectors(&candidate);
+    candidates_.push_back(candidate);
   }
 }
 
@@ -161,42 +172,48 @@ EdgeHypothesis EdgeEvaluator::Tight(const Edge& edge) {
   return hypothesis;
 }
 
-/// No fewer candidates than any one rotation satisfies: the most whose interval of angles touches
-/// one sector. Angles are those of PseudoAngle, whose intervals are no wider.
-int EdgeEvaluator::FullestSector() {
+/// The sectors of its interval of angles. Angles are those of PseudoAngle, whose intervals are no
+/// wider.
+void EdgeEvaluator::PlaceInSectors(Candidate* k) const {
   constexpr double kPerUnit = kSectors / 4.0;
   constexpr double kRounding = 1e-9;
-  changes_.fill(0);
-  int everywhere = 0;
+  const double square_m = k->source_u * k->source_u + k->source_v * k->source_v;
+  const double square_q = k->target_u * k->target_u + k->target_v * k->target_v;
+  const double product = 2.0 * std::sqrt(square_m * square_q);
+  const double rest = square_m + square_q + k->along * k->along - limit_m_ * limit_m_;
+  if (product < 1e-9 || rest <= -product) return;
+  const double half = ArcCosineBound(rest / product) + kRounding;
+  if (half > 1.0) return;
+  const double center = PseudoAngle(k->target_u * k->source_u + k->target_v * k->source_v,
+                                    k->target_v * k->source_u - k->target_u * k->source_v);
+  const auto sector = [&](double angle) {
+    return static_cast<std::uint32_t>((angle + 4.0) * kPerUnit) % kSectors;
+  };
+  k->first_sector = sector(center - half);
+  k->last_sector = sector(center + half);
+}
+
+/// Counts the candidates of every sector, which no rotation in it can exceed, and drops those in no
+/// sector with more than `bar`: what they take part in does not matter. False if none remains.
+bool EdgeEvaluator::KeepPromising(int bar) {
+  std::array<int, kSectors + 1> changes{};
   for (const Candidate& k : candidates_) {
-    const double square_m = k.source_u * k.source_u + k.source_v * k.source_v;
-    const double square_q = k.target_u * k.target_u + k.target_v * k.target_v;
-    const double product = 2.0 * std::sqrt(square_m * square_q);
-    const double rest = square_m + square_q + k.along * k.along - limit_m_ * limit_m_;
-    const double half = product > 1e-9 && rest > -product
-                            ? ArcCosineBound(rest / product) + kRounding
-                            : 2.0;
-    if (half > 1.0) {
-      ++everywhere;
-      continue;
-    }
-    const double center = PseudoAngle(k.target_u * k.source_u + k.target_v * k.source_v,
-                                      k.target_v * k.source_u - k.target_u * k.source_v);
-    const double first = std::floor((center - half) * kPerUnit);
-    const double last = std::floor((center + half) * kPerUnit);
-    const auto from = static_cast<std::size_t>(first + kSectors) % kSectors;
-    const auto to = static_cast<std::size_t>(last + kSectors) % kSectors;
-    ++changes_[from];
-    --changes_[to + 1];
-    if (from > to) ++changes_[0];
+    ++changes[k.first_sector];
+    --changes[k.last_sector + 1];
+    if (k.first_sector > k.last_sector) ++changes[0];
   }
+  std::array<int, kSectors + 1> promising{};  // sectors before each that have more than `bar`
   int count = 0;
-  int fullest = 0;
   for (std::size_t sector = 0; sector < kSectors; ++sector) {
-    count += changes_[sector];
-    fullest = std::max(fullest, count);
+    count += changes[sector];
+    promising[sector + 1] = promising[sector] + (count > bar ? 1 : 0);
   }
-  return everywhere + fullest;
+  if (promising[kSectors] == 0) return false;
+  std::erase_if(candidates_, [&](const Candidate& k) {
+    const int turn = k.first_sector > k.last_sector ? promising[kSectors] : 0;
+    return promising[k.last_sector + 1] - promising[k.first_sector] + turn == 0;
+  });
+  return true;
 }
 
 /// The same for levelled instruments: the edge's bearings give the one angle that is left. Edges
@@ -225,7 +242,7 @@ std::optional<EdgeHypothesis> EdgeEvaluator::Evaluate(std::uint32_t i, std::uint
   if (static_cast<int>(rows_.size()) <= bar || DistinctRows() <= bar) return std::nullopt;
   if (upright_) return Upright(edge);
   CollectCandidates(edge);
-  if (FullestSector() <= bar) return std::nullopt;
+  if (!KeepPromising(bar)) return std::nullopt;
   return Tight(edge);
 }
 

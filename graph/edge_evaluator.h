@@ -34,19 +34,23 @@ class EdgeEvaluator {
 
  private:
   struct Edge;
+  static constexpr std::uint32_t kSectors = 128;
   /// A row seen along the edge, after the edge was moved onto its target.
   struct Candidate {
     std::uint32_t row = 0;
     double source_u = 0.0, source_v = 0.0;  // across the edge
     double target_u = 0.0, target_v = 0.0;
     double along = 0.0;  // target less source
+    // Sectors that its interval of rotation angles touches, round from the one to the other.
+    std::uint32_t first_sector = 0;
+    std::uint32_t last_sector = kSectors - 1;
   };
-  static constexpr std::size_t kSectors = 128;
-
   void CollectRows(std::uint32_t i, const Edge& edge, int bar);
   void CollectCandidates(const Edge& edge);
+  bool CanMeet(const Candidate& candidate) const;
   int DistinctRows();
-  int FullestSector();
+  void PlaceInSectors(Candidate* candidate) const;
+  bool KeepPromising(int bar);
   EdgeHypothesis Tight(const Edge& edge);
   EdgeHypothesis Upright(const Edge& edge);
 
@@ -60,7 +64,6 @@ class EdgeEvaluator {
   std::vector<std::uint32_t> found_;  // rows from the kernel
   std::vector<std::uint32_t> rows_;
   std::vector<Candidate> candidates_;
-  std::array<int, kSectors + 1> changes_{};  // of the count from one sector to the next
   std::vector<AngleInterval> intervals_;
   IntervalStabber stabber_;
 };

@@ -42,17 +42,21 @@ struct PairClouds {
                const RigidTransform& target_from_source) const {
     constexpr double kConflictWeight = 8.0;
     const double tolerance_m = 2.0 * target.model.resolution_m();
-    const CloudAgreement there =
-        CompareClouds(source, of_source, target, target_index, target_from_source, tolerance_m);
-    const CloudAgreement back = CompareClouds(target, of_target, source, source_index,
-                                              target_from_source.Inverse(), tolerance_m);
-    const auto conflict = [&](const RatioEstimate& c) {
-      return std::max(0.0, c.value - lenience * c.sigma);
-    };
+    const RigidTransform inverse = target_from_source.Inverse();
+    const double fit =
+        ScoreClouds(source, of_source, target, target_index, target_from_source, tolerance_m) +
+        ScoreClouds(target, of_target, source, source_index, inverse, tolerance_m);
     // Clouds that do not meet cannot contradict each other either: worse than any rough fit.
     constexpr double kLeastAgreement = 0.02;
     constexpr double kNowhere = -10.0;
-    if (there.score + back.score < 2.0 * kLeastAgreement) return kNowhere;
+    if (fit < 2.0 * kLeastAgreement) return kNowhere;
+    const CloudAgreement there =
+        CompareClouds(source, of_source, target, target_index, target_from_source, tolerance_m);
+    const CloudAgreement back =
+        CompareClouds(target, of_target, source, source_index, inverse, tolerance_m);
+    const auto conflict = [&](const RatioEstimate& c) {
+      return std::max(0.0, c.value - lenience * c.sigma);
+    };
     return 0.5 * (there.score + back.score -
                   kConflictWeight * (conflict(there.conflict) + conflict(back.conflict)));
   }

@@ -33,14 +33,14 @@ std::vector<Eigen::Vector3d> Means(const StationModel& model) {
 
 /// How well a point lies on the surfaces in and beside its voxel: whether there is any, and 1 on it
 /// falling to 0 at the tolerance.
-struct Fit {
+struct PointFit {
   bool met = false;
   double score = 0.0;
 };
 
-Fit FitPoint(const Surface& reference, const CloudIndex& index, const Eigen::Vector3d& point,
+PointFit FitPoint(const Surface& reference, const CloudIndex& index, const Eigen::Vector3d& point,
              const Eigen::Vector3f& normal, double tolerance_m) {
-  Fit fit;
+  PointFit fit;
   index.voxels.VisitAround(point, [&](std::uint32_t leaf) {
     const Eigen::Vector3f& n = reference.normals[leaf];
     const float cosine = n.dot(normal);
@@ -60,18 +60,75 @@ struct BlockCounts {
   int met = 0;
   int agrees = 0;
   int through = 0;
+
+  bool SeenThrough() const { return through >= kFewestSeenThrough && through > agrees; }
+  bool Agrees() const { return !SeenThrough() && agrees >= kFewestSeenThrough; }
 };
 
-void CountLeaf(const Surface& reference, const CloudIndex& index, const Eigen::Vector3d& point,
-               const Eigen::Vector3f& normal, double tolerance_m, BlockCounts* counts) {
-  const Fit fit = FitPoint(reference, index, point, normal, tolerance_m);
-  counts->met += fit.met ? 1 : 0;
-  counts->score += fit.score;
-  if (!reference.scanner_credible) return;
-  const Sight sight = fit.met ? Sight::kAgrees : LookAt(reference.model, point, normal);
-  counts->agrees += sight == Sight::kAgrees ? 1 : 0;
-  counts->through += sight == Sight::kSeenThrough ? 1 : 0;
-}
+/// A leaf that meets no surface, in the reference's frame.
+struct LooseLeaf {
+  Eigen::Vector3d point;
+  Eigen::Vector3f normal;
+};
+
+/// A moved cloud against a reference, block by block.
+class Comparison {
+ public:
+  Comparison(const Surface& moved, const CloudSample& sample, const Surface& reference,
+             const CloudIndex& index, const RigidTransform& reference_from_moved,
+             double tolerance_m)
+      : moved_(moved),
+        sample_(sample),
+        reference_(reference),
+        index_(index),
+        motion_(reference_from_moved),
+        rotation_(reference_from_moved.rotation.cast<float>()),
+        tolerance_m_(tolerance_m) {}
+
+  /// How the block fits the surfaces.
+  BlockCounts Fit(std::size_t block) {
+    BlockCounts counts;
+    loose_.clear();
+    for (std::uint32_t k = sample_.begins[block]; k < sample_.begins[block + 1]; ++k) {
+      const LooseLeaf leaf{motion_ * sample_.points[k],
+                           rotation_ * moved_.normals[sample_.leaves[k]]};
+      const PointFit fit =
+          FitPoint(reference_, index_, leaf.point, leaf.normal, tolerance_m_);
+      counts.score += fit.score;
+      counts.met += fit.met ? 1 : 0;
+      if (!fit.met) loose_.push_back(leaf);
+    }
+    return counts;
+  }
+
+  /// And what the scanner says of the leaves of the block fitted last. Looks no longer than it
+  /// takes to know whether the block agrees or, if it was seen through, at how many of its leaves.
+  void Look(BlockCounts* counts) const {
+    counts->agrees = counts->met;
+    auto left = static_cast<int>(loose_.size());
+    for (const LooseLeaf& leaf : loose_) {
+      const bool may_be_seen_through = counts->through + left >= kFewestSeenThrough &&
+                                       counts->through + left > counts->agrees;
+      const bool agrees_or_never_will = counts->agrees >= kFewestSeenThrough ||
+                                        counts->agrees + left < kFewestSeenThrough;
+      if (!may_be_seen_through && agrees_or_never_will) return;
+      const Sight sight = LookAt(reference_.model, leaf.point, leaf.normal);
+      counts->agrees += sight == Sight::kAgrees ? 1 : 0;
+      counts->through += sight == Sight::kSeenThrough ? 1 : 0;
+      --left;
+    }
+  }
+
+ private:
+  const Surface& moved_;
+  const CloudSample& sample_;
+  const Surface& reference_;
+  const CloudIndex& index_;
+  RigidTransform motion_;
+  Eigen::Matrix3f rotation_;
+  double tolerance_m_;
+  std::vector<LooseLeaf> loose_;
+};
 
 struct GroupSums {
   double part = 0.0;
@@ -132,6 +189,10 @@ CloudSample SampleCloud(const StationModel& model, std::size_t leaves) {
     begin = end;
   }
   sample.begins.push_back(static_cast<std::uint32_t>(sample.leaves.size()));
+  sample.points.reserve(sample.leaves.size());
+  for (const std::uint32_t leaf : sample.leaves) {
+    sample.points.push_back(model.leaves[leaf].cluster.mean);
+  }
   return sample;
 }
 
@@ -158,33 +219,36 @@ Sight LookAt(const StationModel& viewer, const Eigen::Vector3d& point,
   return range > window.farthest_m + slack ? Sight::kHidden : Sight::kUnclear;
 }
 
+double ScoreClouds(const Surface& moved, const CloudSample& sample, const Surface& reference,
+                   const CloudIndex& reference_index, const RigidTransform& reference_from_moved,
+                   double tolerance_m) {
+  Comparison comparison(moved, sample, reference, reference_index, reference_from_moved,
+                        tolerance_m);
+  double score = 0.0;
+  for (std::size_t b = 0; b < sample.blocks(); ++b) score += comparison.Fit(b).score;
+  return score / std::max<double>(1.0, static_cast<double>(sample.leaves.size()));
+}
+
 CloudAgreement CompareClouds(const Surface& moved, const CloudSample& sample,
                              const Surface& reference, const CloudIndex& reference_index,
                              const RigidTransform& reference_from_moved, double tolerance_m) {
   CloudAgreement result;
-  const Eigen::Matrix3f rotation = reference_from_moved.rotation.cast<float>();
+  Comparison comparison(moved, sample, reference, reference_index, reference_from_moved,
+                        tolerance_m);
   const std::size_t groups = sample.groups.empty() ? 0 : sample.groups.back() + 1;
   std::vector<GroupSums> conflict(groups);
   std::vector<GroupSums> quality(groups);
   std::size_t met = 0;
   double score = 0.0;
   for (std::size_t b = 0; b < sample.blocks(); ++b) {
-    BlockCounts counts;
-    for (std::uint32_t k = sample.begins[b]; k < sample.begins[b + 1]; ++k) {
-      const std::uint32_t leaf = sample.leaves[k];
-      CountLeaf(reference, reference_index,
-                reference_from_moved * moved.model.leaves[leaf].cluster.mean,
-                rotation * moved.normals[leaf], tolerance_m, &counts);
-    }
-    const bool seen_through =
-        counts.through >= kFewestSeenThrough && counts.through > counts.agrees;
-    const bool agrees = !seen_through && counts.agrees >= kFewestSeenThrough;
+    BlockCounts counts = comparison.Fit(b);
+    if (reference.scanner_credible) comparison.Look(&counts);
     GroupSums& in_view = conflict[sample.groups[b]];
-    in_view.part += seen_through ? 1.0 : 0.0;
-    in_view.whole += seen_through || agrees ? 1.0 : 0.0;
+    in_view.part += counts.SeenThrough() ? 1.0 : 0.0;
+    in_view.whole += counts.SeenThrough() || counts.Agrees() ? 1.0 : 0.0;
     GroupSums& on_surface = quality[sample.groups[b]];
-    on_surface.part += counts.score - (seen_through ? counts.through : 0);
-    on_surface.whole += counts.met + (seen_through ? counts.through : 0);
+    on_surface.part += counts.score - (counts.SeenThrough() ? counts.through : 0);
+    on_surface.whole += counts.met + (counts.SeenThrough() ? counts.through : 0);
     met += static_cast<std::size_t>(counts.met);
     score += counts.score;
   }

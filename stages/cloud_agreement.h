@@ -18,6 +18,7 @@ struct CloudSample {
   std::vector<std::uint32_t> leaves;  ///< leaf indices, block after block
   std::vector<std::uint32_t> begins;  ///< of each block in `leaves`, and the end of the last
   std::vector<std::uint32_t> groups;  ///< of each block, ascending from 0
+  std::vector<Eigen::Vector3d> points;  ///< means of the leaves, in their order
 
   std::size_t blocks() const { return groups.size(); }
 };
@@ -76,6 +77,11 @@ struct CloudAgreement {
   /// Of the voxels that meet a surface or were seen through: score minus seen through, per voxel.
   RatioEstimate quality;
 };
+
+/// The score of CompareClouds alone, in about a third of the time.
+double ScoreClouds(const Surface& moved, const CloudSample& sample, const Surface& reference,
+                   const CloudIndex& reference_index, const RigidTransform& reference_from_moved,
+                   double tolerance_m);
 
 /// `tolerance_m`: distance from the surface at which a voxel's score reaches 0. A block is seen
 /// through where more of its voxels are than agree, and at least four. About 1 us per voxel.
