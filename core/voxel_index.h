@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -60,10 +61,17 @@ class VoxelIndex {
     // Fibonacci hashing; the low bits of a product are poor.
     return static_cast<std::size_t>((key * 0x9E3779B97F4A7C15U) >> 32U) & slot_mask_;
   }
+  template <class Visit>
+  void VisitBits(const Brick& brick, int x, std::uint64_t wanted, Visit& visit) const {
+    for (std::uint64_t bits = brick.masks[static_cast<std::size_t>(x)] & wanted; bits != 0;
+         bits &= bits - 1) {
+      visit(order_[VoxelBefore(brick, x, std::countr_zero(bits))]);
+    }
+  }
   static std::uint32_t VoxelBefore(const Brick& brick, int x, int bit) {
     const std::uint64_t below = brick.masks[static_cast<std::size_t>(x)] & ((1ULL << bit) - 1U);
     return brick.first[static_cast<std::size_t>(x)] +
-           static_cast<std::uint32_t>(__builtin_popcountll(below));
+           static_cast<std::uint32_t>(std::popcount(below));
   }
 
   static constexpr std::uint32_t kNoBrick = ~0U;
@@ -92,22 +100,25 @@ template <class Visit>
 void VoxelIndex::VisitAround(const Eigen::Vector3d& point, Visit visit) const {
   if (!lattice_.Contains(point)) return;
   const Eigen::Vector3i cell = lattice_.Cell(point);
+  const int x = cell.x() & 7;
+  const int y = cell.y() & 7;
+  const int z = cell.z() & 7;
+  const auto inner = [](int i) { return static_cast<unsigned>(i - 1) < 6U; };
+  if (inner(x) && inner(y) && inner(z)) {  // one brick holds them all
+    const Brick* brick = BrickAt({cell.x() >> 3, cell.y() >> 3, cell.z() >> 3});
+    if (brick == nullptr) return;
+    constexpr std::uint64_t kCross = 1ULL << 1 | 7ULL << 8 | 1ULL << 17;  // y - 1, y, y + 1
+    const int bit = 8 * y + z;
+    VisitBits(*brick, x, kCross << (bit - 9), visit);
+    VisitBits(*brick, x - 1, 1ULL << bit, visit);
+    VisitBits(*brick, x + 1, 1ULL << bit, visit);
+    return;
+  }
   constexpr std::array<std::array<int, 3>, 7> kSteps{
       {{0, 0, 0}, {0, 0, -1}, {0, 0, 1}, {0, -1, 0}, {0, 1, 0}, {-1, 0, 0}, {1, 0, 0}}};
-  Eigen::Vector3i last(cell.x() >> 3, cell.y() >> 3, cell.z() >> 3);
-  const Brick* brick = BrickAt(last);
   for (const auto& step : kSteps) {
-    const Eigen::Vector3i c(cell.x() + step[0], cell.y() + step[1], cell.z() + step[2]);
-    const Eigen::Vector3i in(c.x() >> 3, c.y() >> 3, c.z() >> 3);
-    if (in != last) {
-      brick = BrickAt(in);
-      last = in;
-    }
-    if (brick == nullptr) continue;
-    const int x = c.x() & 7;
-    const int bit = 8 * (c.y() & 7) + (c.z() & 7);
-    if ((brick->masks[static_cast<std::size_t>(x)] >> bit & 1U) == 0U) continue;
-    visit(order_[VoxelBefore(*brick, x, bit)]);
+    const auto voxel = Find({cell.x() + step[0], cell.y() + step[1], cell.z() + step[2]});
+    if (voxel) visit(*voxel);
   }
 }
 
