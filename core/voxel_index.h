@@ -100,26 +100,32 @@ template <class Visit>
 void VoxelIndex::VisitAround(const Eigen::Vector3d& point, Visit visit) const {
   if (!lattice_.Contains(point)) return;
   const Eigen::Vector3i cell = lattice_.Cell(point);
+  const Eigen::Vector3i at(cell.x() >> 3, cell.y() >> 3, cell.z() >> 3);
   const int x = cell.x() & 7;
   const int y = cell.y() & 7;
   const int z = cell.z() & 7;
-  const auto inner = [](int i) { return static_cast<unsigned>(i - 1) < 6U; };
-  if (inner(x) && inner(y) && inner(z)) {  // one brick holds them all
-    const Brick* brick = BrickAt({cell.x() >> 3, cell.y() >> 3, cell.z() >> 3});
-    if (brick == nullptr) return;
-    constexpr std::uint64_t kCross = 1ULL << 1 | 7ULL << 8 | 1ULL << 17;  // y - 1, y, y + 1
-    const int bit = 8 * y + z;
-    VisitBits(*brick, x, kCross << (bit - 9), visit);
-    VisitBits(*brick, x - 1, 1ULL << bit, visit);
-    VisitBits(*brick, x + 1, 1ULL << bit, visit);
-    return;
+  const int bit = 8 * y + z;
+  if (const Brick* own = BrickAt(at); own != nullptr) {
+    std::uint64_t cross = 1ULL << bit;
+    if (y > 0) cross |= 1ULL << (bit - 8);
+    if (y < 7) cross |= 1ULL << (bit + 8);
+    if (z > 0) cross |= 1ULL << (bit - 1);
+    if (z < 7) cross |= 1ULL << (bit + 1);
+    VisitBits(*own, x, cross, visit);
+    if (x > 0) VisitBits(*own, x - 1, 1ULL << bit, visit);
+    if (x < 7) VisitBits(*own, x + 1, 1ULL << bit, visit);
   }
-  constexpr std::array<std::array<int, 3>, 7> kSteps{
-      {{0, 0, 0}, {0, 0, -1}, {0, 0, 1}, {0, -1, 0}, {0, 1, 0}, {-1, 0, 0}, {1, 0, 0}}};
-  for (const auto& step : kSteps) {
-    const auto voxel = Find({cell.x() + step[0], cell.y() + step[1], cell.z() + step[2]});
-    if (voxel) visit(*voxel);
-  }
+  const auto beyond = [&](int axis, int place, int in_x, int in_bit) {
+    Eigen::Vector3i next = at;
+    next[axis] += place == 0 ? -1 : 1;
+    if (const Brick* brick = BrickAt(next); brick != nullptr) {
+      VisitBits(*brick, in_x, 1ULL << in_bit, visit);
+    }
+  };
+  const auto on_face = [](int place) { return place == 0 || place == 7; };
+  if (on_face(x)) beyond(0, x, 7 - x, bit);
+  if (on_face(y)) beyond(1, y, x, 8 * (7 - y) + z);
+  if (on_face(z)) beyond(2, z, x, 8 * y + 7 - z);
 }
 
 }  // namespace backsight
