@@ -8,11 +8,50 @@ namespace backsight {
 
 using std::numbers::pi;
 
+namespace {
+
+constexpr double kQuickError = 1e-7;  // rad, of QuickArcTangent
+
+/// atan2, but for kQuickError (Abramowitz and Stegun 1964, 4.4.49: 2e-8); NaN at the origin.
+double QuickArcTangent(double y, double x) {
+  const double ax = std::abs(x);
+  const double ay = std::abs(y);
+  const double t = std::min(ax, ay) / std::max(ax, ay);
+  const double s = t * t;
+  double sum = -0.0161657367 + s * 0.0028662257;
+  sum = 0.0429096138 + s * sum;
+  sum = -0.0752896400 + s * sum;
+  sum = 0.1065626393 + s * sum;
+  sum = -0.1420889944 + s * sum;
+  sum = 0.1999355085 + s * sum;
+  sum = -0.3333314528 + s * sum;
+  double angle = t * (1.0 + s * sum);
+  if (ay > ax) angle = 0.5 * pi - angle;
+  if (x < 0.0) angle = pi - angle;
+  return y < 0.0 ? -angle : angle;
+}
+
+/// Whether a place in pixels lies so far from its pixel's edges that kQuickError does not matter.
+bool IsInside(double place, double pixels_per_radian) {
+  const double margin = 2.0 * kQuickError * pixels_per_radian;
+  const double within = place - std::floor(place);
+  return within > margin && within < 1.0 - margin;
+}
+
+}  // namespace
+
 RangeImage::RangeImage(const Eigen::Vector3d& origin, double pixel_deg)
     : origin_(origin),
       rows_(std::max(1, static_cast<int>(std::lround(180.0 / pixel_deg)))),
       columns_(2 * rows_),
-      pixels_(static_cast<std::size_t>(rows_) * static_cast<std::size_t>(columns_)) {}
+      pixels_(static_cast<std::size_t>(rows_) * static_cast<std::size_t>(columns_)) {
+  reach_.reserve(static_cast<std::size_t>(rows_));
+  for (int row = 0; row < rows_; ++row) {
+    const double narrowing = std::sin(pi * (row + 0.5) / rows_);
+    const int reach = std::min(static_cast<int>(std::lround(1.0 / narrowing)), columns_ / 2 - 1);
+    reach_.push_back(std::max(reach, 0));
+  }
+}
 
 void RangeImage::Add(const Eigen::Vector3d& point) {
   const auto range = static_cast<float>((point - origin_).norm());
@@ -48,10 +87,11 @@ RangeImage::Window RangeImage::Around(const Eigen::Vector3d& point) const {
   const auto [row, column] = Cell(direction);
   Window window;
   for (int r = std::max(0, row - 1); r <= std::min(rows_ - 1, row + 1); ++r) {
-    const double narrowing = std::sin(pi * (r + 0.5) / rows_);
-    const int reach = std::min(static_cast<int>(std::lround(1.0 / narrowing)), columns_ / 2 - 1);
-    for (int step = -std::max(reach, 0); step <= reach; ++step) {
-      const int c = (column + step + columns_) % columns_;
+    const int reach = reach_[static_cast<std::size_t>(r)];
+    for (int step = -reach; step <= reach; ++step) {
+      int c = column + step;  // no farther than a whole turn outside
+      c += c < 0 ? columns_ : 0;
+      c -= c >= columns_ ? columns_ : 0;
       const Pixel& pixel = pixels_[Index(r, c)];
       if (pixel.max_m == 0.0F) continue;
       const float gap = std::min(std::abs(pixel.min_m - range), std::abs(pixel.max_m - range));
@@ -65,6 +105,12 @@ RangeImage::Window RangeImage::Around(const Eigen::Vector3d& point) const {
 }
 
 std::pair<int, int> RangeImage::Cell(const Eigen::Vector3d& d) const {
+  const double per_radian = rows_ / pi;
+  const double row = QuickArcTangent(std::sqrt(d.x() * d.x() + d.y() * d.y()), d.z()) * per_radian;
+  const double column = (QuickArcTangent(d.y(), d.x()) + pi) * per_radian;
+  if (IsInside(row, per_radian) && IsInside(column, per_radian)) {
+    return {static_cast<int>(row), static_cast<int>(column)};
+  }
   const double azimuth = std::atan2(d.y(), d.x());
   const double polar = std::atan2(std::hypot(d.x(), d.y()), d.z());
   return {std::clamp(static_cast<int>(polar / pi * rows_), 0, rows_ - 1),

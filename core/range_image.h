@@ -13,7 +13,7 @@ namespace backsight {
 class RangeImage {
  public:
   RangeImage() = default;
-  /// `origin`: the scanner's position in the station frame. Cost: 8 bytes per pixel.
+  /// `origin`: the scanner's position in the station frame. Memory: 8 bytes per pixel.
   RangeImage(const Eigen::Vector3d& origin, double pixel_deg);
 
   void Add(const Eigen::Vector3d& point);
@@ -57,6 +57,7 @@ class RangeImage {
   Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
   int rows_ = 0;
   int columns_ = 0;
+  std::vector<int> reach_;  // per row: columns either way that make up a pixel's angle
   std::vector<Pixel> pixels_;
 };
 

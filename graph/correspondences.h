@@ -1,7 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -16,6 +18,13 @@ struct UprightConstraint {
     return noise_m + max_tilt_rad * distance_m;
   }
 };
+
+/// Whether two vectors, one in each cloud, rise alike; true where nobody says that z is up.
+inline bool RiseAlike(const Eigen::Vector3d& in_source, const Eigen::Vector3d& in_target,
+                      double noise_m, const std::optional<UprightConstraint>& upright) {
+  return !upright ||
+         std::abs(in_source.z() - in_target.z()) < upright->Tolerance(in_source.norm(), noise_m);
+}
 
 /// Putative point correspondences, row a: source point q_a (to be moved) and target point p_a, each
 /// in its own station frame, metres. A key point may take part in several rows; its id tells so.

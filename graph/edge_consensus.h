@@ -1,12 +1,12 @@
 #pragma once
 
 #include <optional>
-#include <span>
 #include <vector>
 
 #include "core/execution.h"
 #include "core/rigid_transform.h"
 #include "graph/correspondences.h"
+#include "graph/edge_evaluator.h"
 
 namespace backsight {
 
@@ -22,11 +22,6 @@ struct EdgeReliabilityOptions {
   std::optional<UprightConstraint> upright = {};
 };
 
-struct EdgeHypothesis {
-  RigidTransform target_from_source;
-  int consensus = 0;  ///< distinct source key points within 2 l of their target
-};
-
 /// `c` holds the nodes in the order of their reliability (SelectReliableNodes). Best hypotheses
 /// first; none where no edge gathers more than three key points. Hypotheses closer to each other
 /// than 2 deg and 6 l (at the nodes' centroid) count as one.
@@ -35,22 +30,5 @@ struct EdgeHypothesis {
 std::vector<EdgeHypothesis> FindEdgeHypotheses(const Correspondences& c,
                                                const EdgeReliabilityOptions& options,
                                                const ExecutionContext& context);
-
-/// An interval of rotation angles, in radians, within which key point `id` is satisfied. May pass
-/// 2 pi (end > 2 pi wraps around).
-struct AngleInterval {
-  double begin = 0.0;
-  double end = 0.0;
-  std::uint32_t id = 0;
-};
-
-struct StabbingResult {
-  int count = 0;       ///< distinct ids at the best angle
-  double angle = 0.0;  ///< middle of the first best segment, in [0, 2 pi)
-};
-
-/// The angle that lies in the intervals of the most distinct ids (interval stabbing on the circle).
-/// Time O(n log n).
-StabbingResult StabIntervals(std::span<const AngleInterval> intervals);
 
 }  // namespace backsight

@@ -1,62 +1,44 @@
+#include "graph/interval_stabbing.h"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <unordered_map>
-#include <vector>
-
-#include "graph/edge_consensus.h"
 
 namespace backsight {
 namespace {
 
 constexpr double kTurn = 2.0 * std::numbers::pi;
 
-struct Event {
-  double angle = 0.0;
-  int step = 0;  // +1 opens, -1 closes
-  std::size_t slot = 0;
-};
+}  // namespace
 
-/// Opens before closes at equal angles, so that touching intervals count together.
-bool Before(const Event& a, const Event& b) {
-  return a.angle != b.angle ? a.angle < b.angle : a.step > b.step;
-}
-
-std::vector<Event> MakeEvents(std::span<const AngleInterval> intervals, std::size_t* slots) {
-  std::unordered_map<std::uint32_t, std::size_t> slot_of_id;
-  std::vector<Event> events;
-  events.reserve(4 * intervals.size());
-  const auto add = [&](double begin, double end, std::size_t slot) {
-    events.push_back({begin, +1, slot});
-    events.push_back({end, -1, slot});
+void IntervalStabber::MakeEvents(std::span<const AngleInterval> intervals) {
+  events_.clear();
+  const auto add = [&](double begin, double end, std::uint32_t id) {
+    events_.push_back({begin, +1, id});
+    events_.push_back({end, -1, id});
   };
   for (const AngleInterval& interval : intervals) {
-    const std::size_t slot = slot_of_id.try_emplace(interval.id, slot_of_id.size()).first->second;
     const double width = interval.end - interval.begin;
     if (width >= kTurn) {
-      add(0.0, kTurn, slot);
+      add(0.0, kTurn, interval.id);
       continue;
     }
     const double begin = interval.begin - kTurn * std::floor(interval.begin / kTurn);
     if (begin + width < kTurn) {
-      add(begin, begin + width, slot);
+      add(begin, begin + width, interval.id);
     } else {  // wraps, or touches what begins at 0: cut at the full turn
-      add(begin, kTurn, slot);
-      add(0.0, begin + width - kTurn, slot);
+      add(begin, kTurn, interval.id);
+      add(0.0, begin + width - kTurn, interval.id);
     }
   }
-  *slots = slot_of_id.size();
-  return events;
 }
 
-}  // namespace
-
-StabbingResult StabIntervals(std::span<const AngleInterval> intervals) {
-  std::size_t slots = 0;
-  std::vector<Event> events = MakeEvents(intervals, &slots);
-  std::sort(events.begin(), events.end(), Before);
-
-  std::vector<int> open(slots, 0);
+StabbingResult IntervalStabber::Stab(std::span<const AngleInterval> intervals) {
+  MakeEvents(intervals);
+  // Opens before closes at equal angles, so that touching intervals count together.
+  std::sort(events_.begin(), events_.end(), [](const Event& a, const Event& b) {
+    return a.angle != b.angle ? a.angle < b.angle : a.step > b.step;
+  });
   StabbingResult best;
   int count = 0;
   double changed = 0.0;           // where count took its present value
@@ -64,12 +46,12 @@ StabbingResult StabIntervals(std::span<const AngleInterval> intervals) {
   bool in_best = false;
   double tail_begin = 0.0;  // of the segment that ends at the cut
   int tail_count = -1;
-  for (const Event& event : events) {
+  for (const Event& event : events_) {
     if (event.angle >= kTurn && tail_count < 0) {
       tail_begin = changed;
       tail_count = count;
     }
-    int& depth = open[event.slot];
+    int& depth = open_[event.id];
     depth += event.step;
     const bool opens = event.step > 0 && depth == 1;
     const bool closes = event.step < 0 && depth == 0;

@@ -46,15 +46,23 @@ struct PairClouds {
         CompareClouds(source, of_source, target, target_index, target_from_source, tolerance_m);
     const CloudAgreement back = CompareClouds(target, of_target, source, source_index,
                                               target_from_source.Inverse(), tolerance_m);
+    const double fit = there.score + back.score;
+    if (fit < 2.0 * kLeastAgreement) return kNowhere;
     const auto conflict = [&](const RatioEstimate& c) {
       return std::max(0.0, c.value - lenience * c.sigma);
     };
-    // Clouds that do not meet cannot contradict each other either: worse than any rough fit.
-    constexpr double kLeastAgreement = 0.02;
-    constexpr double kNowhere = -10.0;
-    if (there.score + back.score < 2.0 * kLeastAgreement) return kNowhere;
-    return 0.5 * (there.score + back.score -
-                  kConflictWeight * (conflict(there.conflict) + conflict(back.conflict)));
+    return 0.5 * (fit - kConflictWeight * (conflict(there.conflict) + conflict(back.conflict)));
+  }
+
+  /// No less than Score, which conflicts only lower.
+  double ScoreBound(const CloudSample& of_source, const CloudSample& of_target,
+                    const RigidTransform& target_from_source) const {
+    const double tolerance_m = 2.0 * target.model.resolution_m();
+    const double fit =
+        ScoreClouds(source, of_source, target, target_index, target_from_source, tolerance_m) +
+        ScoreClouds(target, of_target, source, source_index, target_from_source.Inverse(),
+                    tolerance_m);
+    return fit < 2.0 * kLeastAgreement ? kNowhere : 0.5 * fit;
   }
 
   /// A few steps on a tenth of the voxels: enough to compare motions.
@@ -63,10 +71,14 @@ struct PairClouds {
     few.normal_sigma_m = 0.1 * target.model.resolution_m();
     few.sample = 2000;
     few.max_iterations = 6;
-    return RefineOnSurfaces(source, target, target_index.search, target_from_source,
+    return RefineOnSurfaces(source, target, target_index, target_from_source,
                             Matrix6d::Zero(), few)
         .target_from_source;
   }
+
+  // Clouds that do not meet cannot contradict each other either: worse than any rough fit.
+  static constexpr double kLeastAgreement = 0.02;
+  static constexpr double kNowhere = -10.0;
 
   Surface source;
   Surface target;
@@ -83,7 +95,7 @@ PairCandidate MakeCandidate(const PairClouds& clouds, CoarseCandidate coarse,
   PairCandidate candidate;
   const FineInput fine_input{clouds.source,
                              clouds.target,
-                             clouds.target_index.search,
+                             clouds.target_index,
                              coarse.target_from_source,
                              coarse.information,
                              std::move(structure_points)};
@@ -243,6 +255,10 @@ CoarseInput MakeCoarseInput(const Station& source, const Station& target, const 
   input.cloud_score = [&clouds, &context](const RigidTransform& motion) {
     context.CheckStop();
     return clouds.Score(clouds.source_index.sieve, clouds.target_index.sieve, 1.0, motion);
+  };
+  input.cloud_score_bound = [&clouds, &context](const RigidTransform& motion) {
+    context.CheckStop();
+    return clouds.ScoreBound(clouds.source_index.sieve, clouds.target_index.sieve, motion);
   };
   input.full_cloud_score = [&clouds, &context](const RigidTransform& motion) {
     context.CheckStop();

@@ -1,7 +1,6 @@
 #include "stages/cloud_agreement.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace backsight {
@@ -32,51 +31,26 @@ std::vector<Eigen::Vector3d> Means(const StationModel& model) {
   return means;
 }
 
-/// Calls `visit(leaf)` for the leaves in the point's voxel and the six that share a face with it,
-/// `key_of(i)` being the key of leaf i of `count`. Neighbours along z follow each other.
-template <class KeyOf, class Visit>
-void VisitLeavesAround(const VoxelLattice& lattice, std::size_t count, KeyOf key_of,
-                       const Eigen::Vector3d& point, Visit visit) {
-  if (!lattice.Contains(point)) return;
-  const Eigen::Vector3i cell = lattice.Cell(point);
-  constexpr std::array<std::array<int, 3>, 5> kColumns{
-      {{0, 0, 1}, {-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}}};  // x, y, reach along z
-  for (const auto& [x, y, reach] : kColumns) {
-    const std::uint64_t first = VoxelLattice::Pack(cell + Eigen::Vector3i(x, y, -reach));
-    const std::uint64_t last = first + static_cast<std::uint64_t>(2 * reach);
-    std::size_t begin = 0;
-    for (std::size_t length = count; length > 0;) {
-      const std::size_t half = length / 2;
-      const bool before = key_of(begin + half) < first;
-      begin = before ? begin + half + 1 : begin;
-      length = before ? length - half - 1 : half;
-    }
-    for (std::size_t i = begin; i < count && key_of(i) <= last; ++i) visit(i);
-  }
-}
-
 /// How well a point lies on the surfaces in and beside its voxel: whether there is any, and 1 on it
 /// falling to 0 at the tolerance.
-struct Fit {
+struct PointFit {
   bool met = false;
   double score = 0.0;
 };
 
-Fit FitPoint(const Surface& reference, const CloudIndex& index, const Eigen::Vector3d& point,
+PointFit FitPoint(const Surface& reference, const CloudIndex& index, const Eigen::Vector3d& point,
              const Eigen::Vector3f& normal, double tolerance_m) {
-  Fit fit;
-  VisitLeavesAround(
-      reference.model.lattice, index.keys.size(), [&](std::size_t i) { return index.keys[i]; },
-      point,
-      [&](std::size_t leaf) {
-        const Eigen::Vector3f& n = reference.normals[leaf];
-        // Back to back are the two sides of a wall, not one surface.
-        if (n.dot(normal) < 0.0F) return;
-        fit.met = true;
-        if (!(n.dot(normal) > kLikeNormal)) return;
-        const double distance = n.cast<double>().dot(point - index.means[leaf]) / tolerance_m;
-        fit.score = std::max(fit.score, 1.0 - distance * distance);
-      });
+  PointFit fit;
+  index.voxels.VisitAround(point, [&](std::uint32_t leaf) {
+    const Eigen::Vector3f& n = reference.normals[leaf];
+    const float cosine = n.dot(normal);
+    // Back to back are the two sides of a wall, not one surface.
+    if (cosine < 0.0F) return;
+    fit.met = true;
+    if (!(cosine > kLikeNormal)) return;
+    const double distance = n.cast<double>().dot(point - index.means[leaf]) / tolerance_m;
+    fit.score = std::max(fit.score, 1.0 - distance * distance);
+  });
   return fit;
 }
 
@@ -86,18 +60,75 @@ struct BlockCounts {
   int met = 0;
   int agrees = 0;
   int through = 0;
+
+  bool SeenThrough() const { return through >= kFewestSeenThrough && through > agrees; }
+  bool Agrees() const { return !SeenThrough() && agrees >= kFewestSeenThrough; }
 };
 
-void CountLeaf(const Surface& reference, const CloudIndex& index, const Eigen::Vector3d& point,
-               const Eigen::Vector3f& normal, double tolerance_m, BlockCounts* counts) {
-  const Fit fit = FitPoint(reference, index, point, normal, tolerance_m);
-  counts->met += fit.met ? 1 : 0;
-  counts->score += fit.score;
-  if (!reference.scanner_credible) return;
-  const Sight sight = fit.met ? Sight::kAgrees : LookAt(reference.model, point, normal);
-  counts->agrees += sight == Sight::kAgrees ? 1 : 0;
-  counts->through += sight == Sight::kSeenThrough ? 1 : 0;
-}
+/// A leaf that meets no surface, in the reference's frame.
+struct LooseLeaf {
+  Eigen::Vector3d point;
+  Eigen::Vector3f normal;
+};
+
+/// A moved cloud against a reference, block by block.
+class Comparison {
+ public:
+  Comparison(const Surface& moved, const CloudSample& sample, const Surface& reference,
+             const CloudIndex& index, const RigidTransform& reference_from_moved,
+             double tolerance_m)
+      : moved_(moved),
+        sample_(sample),
+        reference_(reference),
+        index_(index),
+        motion_(reference_from_moved),
+        rotation_(reference_from_moved.rotation.cast<float>()),
+        tolerance_m_(tolerance_m) {}
+
+  /// How the block fits the surfaces.
+  BlockCounts Fit(std::size_t block) {
+    BlockCounts counts;
+    loose_.clear();
+    for (std::uint32_t k = sample_.begins[block]; k < sample_.begins[block + 1]; ++k) {
+      const LooseLeaf leaf{motion_ * sample_.points[k],
+                           rotation_ * moved_.normals[sample_.leaves[k]]};
+      const PointFit fit =
+          FitPoint(reference_, index_, leaf.point, leaf.normal, tolerance_m_);
+      counts.score += fit.score;
+      counts.met += fit.met ? 1 : 0;
+      if (!fit.met) loose_.push_back(leaf);
+    }
+    return counts;
+  }
+
+  /// And what the scanner says of the leaves of the block fitted last. Looks no longer than it
+  /// takes to know whether the block agrees or, if it was seen through, at how many of its leaves.
+  void Look(BlockCounts* counts) const {
+    counts->agrees = counts->met;
+    auto left = static_cast<int>(loose_.size());
+    for (const LooseLeaf& leaf : loose_) {
+      const bool may_be_seen_through = counts->through + left >= kFewestSeenThrough &&
+                                       counts->through + left > counts->agrees;
+      const bool agrees_or_never_will = counts->agrees >= kFewestSeenThrough ||
+                                        counts->agrees + left < kFewestSeenThrough;
+      if (!may_be_seen_through && agrees_or_never_will) return;
+      const Sight sight = LookAt(reference_.model, leaf.point, leaf.normal);
+      counts->agrees += sight == Sight::kAgrees ? 1 : 0;
+      counts->through += sight == Sight::kSeenThrough ? 1 : 0;
+      --left;
+    }
+  }
+
+ private:
+  const Surface& moved_;
+  const CloudSample& sample_;
+  const Surface& reference_;
+  const CloudIndex& index_;
+  RigidTransform motion_;
+  Eigen::Matrix3f rotation_;
+  double tolerance_m_;
+  std::vector<LooseLeaf> loose_;
+};
 
 struct GroupSums {
   double part = 0.0;
@@ -158,11 +189,15 @@ CloudSample SampleCloud(const StationModel& model, std::size_t leaves) {
     begin = end;
   }
   sample.begins.push_back(static_cast<std::uint32_t>(sample.leaves.size()));
+  sample.points.reserve(sample.leaves.size());
+  for (const std::uint32_t leaf : sample.leaves) {
+    sample.points.push_back(model.leaves[leaf].cluster.mean);
+  }
   return sample;
 }
 
 CloudIndex::CloudIndex(const StationModel& model)
-    : keys(Keys(model)),
+    : voxels(model.lattice, Keys(model)),
       means(Means(model)),
       search(means),
       sieve(SampleCloud(model, 1500)),
@@ -184,33 +219,36 @@ Sight LookAt(const StationModel& viewer, const Eigen::Vector3d& point,
   return range > window.farthest_m + slack ? Sight::kHidden : Sight::kUnclear;
 }
 
+double ScoreClouds(const Surface& moved, const CloudSample& sample, const Surface& reference,
+                   const CloudIndex& reference_index, const RigidTransform& reference_from_moved,
+                   double tolerance_m) {
+  Comparison comparison(moved, sample, reference, reference_index, reference_from_moved,
+                        tolerance_m);
+  double score = 0.0;
+  for (std::size_t b = 0; b < sample.blocks(); ++b) score += comparison.Fit(b).score;
+  return score / std::max<double>(1.0, static_cast<double>(sample.leaves.size()));
+}
+
 CloudAgreement CompareClouds(const Surface& moved, const CloudSample& sample,
                              const Surface& reference, const CloudIndex& reference_index,
                              const RigidTransform& reference_from_moved, double tolerance_m) {
   CloudAgreement result;
-  const Eigen::Matrix3f rotation = reference_from_moved.rotation.cast<float>();
+  Comparison comparison(moved, sample, reference, reference_index, reference_from_moved,
+                        tolerance_m);
   const std::size_t groups = sample.groups.empty() ? 0 : sample.groups.back() + 1;
   std::vector<GroupSums> conflict(groups);
   std::vector<GroupSums> quality(groups);
   std::size_t met = 0;
   double score = 0.0;
   for (std::size_t b = 0; b < sample.blocks(); ++b) {
-    BlockCounts counts;
-    for (std::uint32_t k = sample.begins[b]; k < sample.begins[b + 1]; ++k) {
-      const std::uint32_t leaf = sample.leaves[k];
-      CountLeaf(reference, reference_index,
-                reference_from_moved * moved.model.leaves[leaf].cluster.mean,
-                rotation * moved.normals[leaf], tolerance_m, &counts);
-    }
-    const bool seen_through =
-        counts.through >= kFewestSeenThrough && counts.through > counts.agrees;
-    const bool agrees = !seen_through && counts.agrees >= kFewestSeenThrough;
+    BlockCounts counts = comparison.Fit(b);
+    if (reference.scanner_credible) comparison.Look(&counts);
     GroupSums& in_view = conflict[sample.groups[b]];
-    in_view.part += seen_through ? 1.0 : 0.0;
-    in_view.whole += seen_through || agrees ? 1.0 : 0.0;
+    in_view.part += counts.SeenThrough() ? 1.0 : 0.0;
+    in_view.whole += counts.SeenThrough() || counts.Agrees() ? 1.0 : 0.0;
     GroupSums& on_surface = quality[sample.groups[b]];
-    on_surface.part += counts.score - (seen_through ? counts.through : 0);
-    on_surface.whole += counts.met + (seen_through ? counts.through : 0);
+    on_surface.part += counts.score - (counts.SeenThrough() ? counts.through : 0);
+    on_surface.whole += counts.met + (counts.SeenThrough() ? counts.through : 0);
     met += static_cast<std::size_t>(counts.met);
     score += counts.score;
   }

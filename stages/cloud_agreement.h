@@ -6,6 +6,7 @@
 
 #include "core/neighbors.h"
 #include "core/rigid_transform.h"
+#include "core/voxel_index.h"
 #include "stages/surface.h"
 
 namespace backsight {
@@ -17,6 +18,7 @@ struct CloudSample {
   std::vector<std::uint32_t> leaves;  ///< leaf indices, block after block
   std::vector<std::uint32_t> begins;  ///< of each block in `leaves`, and the end of the last
   std::vector<std::uint32_t> groups;  ///< of each block, ascending from 0
+  std::vector<Eigen::Vector3d> points;  ///< means of the leaves, in their order
 
   std::size_t blocks() const { return groups.size(); }
 };
@@ -29,7 +31,7 @@ CloudSample SampleCloud(const StationModel& model, std::size_t leaves);
 struct CloudIndex {
   explicit CloudIndex(const StationModel& model);
 
-  std::vector<std::uint64_t> keys;     ///< of the leaves, ascending: compact, for fast look-up
+  VoxelIndex voxels;                   ///< the leaves by position
   std::vector<Eigen::Vector3d> means;  ///< of the leaves
   NeighborSearch search;               ///< among them
   CloudSample sieve;                   ///< about 1,500 voxels: for many hypotheses
@@ -75,6 +77,11 @@ struct CloudAgreement {
   /// Of the voxels that meet a surface or were seen through: score minus seen through, per voxel.
   RatioEstimate quality;
 };
+
+/// The score of CompareClouds alone, in about a third of the time.
+double ScoreClouds(const Surface& moved, const CloudSample& sample, const Surface& reference,
+                   const CloudIndex& reference_index, const RigidTransform& reference_from_moved,
+                   double tolerance_m);
 
 /// `tolerance_m`: distance from the surface at which a voxel's score reaches 0. A block is seen
 /// through where more of its voxels are than agree, and at least four. About 1 us per voxel.

@@ -13,6 +13,7 @@
 #include "graph/rigid_fit.h"
 #include "stages/aligned_hypotheses.h"
 #include "stages/matching.h"
+#include "stages/motion_pool.h"
 
 namespace backsight {
 namespace {
@@ -93,56 +94,20 @@ Correspondences CollectInliers(const CoarseInput& input, const RigidTransform& h
   return c2;
 }
 
-struct ScoredMotion {
-  RigidTransform motion;
-  double score = 0.0;
-};
+/// Score of the correspondences alone; `input` must outlive it.
+MotionScore ScoreOfRows(const CoarseInput& input) {
+  return [&input](const RigidTransform& motion) {
+    return Score(input.correspondences, motion, 3.0 * input.resolution_m);
+  };
+}
 
-using MotionScore = std::function<double(const RigidTransform&)>;
-
-/// The motions that compete, best first.
-class MotionPool {
- public:
-  MotionPool(const CoarseInput& input, MotionScore score)
-      : near_m_(10.0 * input.resolution_m),
-        max_tilt_rad_(input.max_tilt_rad),
-        score_(std::move(score)) {
-    const Correspondences& c = input.correspondences;
-    for (const Eigen::Vector3d& point : c.source) {
-      center_ += point / static_cast<double>(c.size());
-    }
-  }
-
-  /// Unless one like it is there that is as good.
-  void Add(const RigidTransform& motion) {
-    constexpr double kCoarseError = 0.05;  // rad, of a motion that is not refined yet
-    if (max_tilt_rad_ && RelativeTilt(motion) > *max_tilt_rad_ + kCoarseError) return;
-    const ScoredMotion entry{motion, score_(motion)};
-    const auto like = [&](const ScoredMotion& other) { return Alike(other.motion, motion); };
-    const bool known = std::any_of(list_.begin(), list_.end(), [&](const ScoredMotion& other) {
-      return like(other) && other.score >= entry.score;
-    });
-    if (known) return;
-    std::erase_if(list_, like);
-    const auto worse = [&](const ScoredMotion& other) { return other.score < entry.score; };
-    list_.insert(std::find_if(list_.begin(), list_.end(), worse), entry);
-  }
-  const std::vector<ScoredMotion>& list() const { return list_; }
-
- private:
-  /// Closer than 5 deg and 10 l at the middle of the correspondences.
-  bool Alike(const RigidTransform& a, const RigidTransform& b) const {
-    constexpr double kNearAngle = 5.0 * std::numbers::pi / 180.0;
-    return (a * center_ - b * center_).norm() < near_m_ &&
-           RotationAngle(a.rotation, b.rotation) < kNearAngle;
-  }
-
-  double near_m_;
-  std::optional<double> max_tilt_rad_;
-  MotionScore score_;
-  Eigen::Vector3d center_ = Eigen::Vector3d::Zero();
-  std::vector<ScoredMotion> list_;
-};
+MotionPool MakePool(const CoarseInput& input, MotionScore score, MotionScore bound) {
+  const Correspondences& c = input.correspondences;
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& point : c.source) center += point / static_cast<double>(c.size());
+  return {center, 10.0 * input.resolution_m, input.max_tilt_rad, std::move(score),
+          std::move(bound)};
+}
 
 /// What RGE found, what votes for known rotations found, and the images of the best of it under the
 /// clouds' own symmetries.
@@ -150,10 +115,8 @@ MotionPool CollectMotions(const CoarseInput& input, const CoarseOptions& options
                           const ExecutionContext& context) {
   const Correspondences& c = input.correspondences;
   const double limit_m = 3.0 * input.resolution_m;
-  MotionPool pool(
-      input, input.cloud_score ? input.cloud_score : [&c, limit_m](const RigidTransform& m) {
-        return Score(c, m, limit_m);
-      });
+  MotionPool pool = MakePool(input, input.cloud_score ? input.cloud_score : ScoreOfRows(input),
+                             input.cloud_score_bound);
   for (const EdgeHypothesis& h : FindHypotheses(c, input, options, options.hypotheses, context)) {
     pool.Add(RefineOnInliers(c, h.target_from_source, limit_m));
   }
@@ -164,8 +127,8 @@ MotionPool CollectMotions(const CoarseInput& input, const CoarseOptions& options
       pool.Add(motion);
     }
   }
-  if (pool.list().empty()) return pool;
-  const RigidTransform best = pool.list().front().motion;
+  if (pool.empty()) return pool;
+  const RigidTransform best = pool.Best(1).front().motion;
   for (const RigidTransform& symmetry : input.target_symmetries) pool.Add(symmetry * best);
   for (const RigidTransform& symmetry : input.source_symmetries) pool.Add(best * symmetry);
   if (input.structure_images) {
@@ -175,11 +138,11 @@ MotionPool CollectMotions(const CoarseInput& input, const CoarseOptions& options
 }
 
 /// The best few improved, so that votes, which are rough, compete fairly.
-MotionPool ImproveRough(const CoarseInput& input, const MotionPool& pool) {
+MotionPool ImproveRough(const CoarseInput& input, MotionPool* pool) {
   constexpr std::size_t kImproved = 30;
-  MotionPool improved(input, input.cloud_score);
-  for (std::size_t i = 0; i < std::min(kImproved, pool.list().size()); ++i) {
-    improved.Add(input.cloud_refine(pool.list()[i].motion));
+  MotionPool improved = MakePool(input, input.cloud_score, input.cloud_score_bound);
+  for (const ScoredMotion& entry : pool->Best(kImproved)) {
+    improved.Add(input.cloud_refine(entry.motion));
   }
   return improved;
 }
@@ -206,16 +169,14 @@ RigidTransform ImproveFromAround(const CoarseInput& input, const RigidTransform&
 
 /// The best few, improved by the clouds and scored on more of them; all but the first two must be
 /// worth something before.
-MotionPool ImproveByClouds(const CoarseInput& input, const MotionPool& pool, std::size_t count) {
-  const Correspondences& c = input.correspondences;
-  const double limit_m = 3.0 * input.resolution_m;
-  MotionPool improved(
-      input, input.full_cloud_score
-                 ? input.full_cloud_score
-                 : [&c, limit_m](const RigidTransform& m) { return Score(c, m, limit_m); });
+std::vector<ScoredMotion> ImproveByClouds(const CoarseInput& input, std::size_t count,
+                                          MotionPool* pool) {
+  MotionPool improved =
+      MakePool(input, input.full_cloud_score ? input.full_cloud_score : ScoreOfRows(input), {});
   constexpr std::size_t kRough = 2;  // these may look bad before they are improved
-  for (std::size_t i = 0; i < std::min(count, pool.list().size()); ++i) {
-    const ScoredMotion& entry = pool.list()[i];
+  const std::vector<ScoredMotion> best = pool->Best(count, kRough);
+  for (std::size_t i = 0; i < best.size(); ++i) {
+    const ScoredMotion& entry = best[i];
     if (i >= kRough && entry.score <= 0.0) break;
     if (!input.cloud_refine) {
       improved.Add(entry.motion);
@@ -225,7 +186,7 @@ MotionPool ImproveByClouds(const CoarseInput& input, const MotionPool& pool, std
       improved.Add(input.cloud_refine(entry.motion));
     }
   }
-  return improved;
+  return improved.Best();
 }
 
 std::optional<CoarseCandidate> EstimateCandidate(const CoarseInput& input,
@@ -285,17 +246,17 @@ CoarseResult RegisterCoarse(const CoarseInput& input, const CoarseOptions& optio
   result.consensus_null = NullConsensus(input, options, context);
 
   MotionPool pool = CollectMotions(input, options, context);
-  if (pool.list().empty()) return result;
+  if (pool.empty()) return result;
   if (!input.rotations.empty() && input.cloud_score && input.cloud_refine) {
-    pool = ImproveRough(input, pool);
+    pool = ImproveRough(input, &pool);
   }
 
   const auto wanted = static_cast<std::size_t>(options.rivals) + 1;
-  const MotionPool improved = ImproveByClouds(input, pool, 2 * wanted);
-  if (improved.list().empty()) return result;
+  const std::vector<ScoredMotion> improved = ImproveByClouds(input, 2 * wanted, &pool);
+  if (improved.empty()) return result;
   const double least_score =
-      std::max(input.least_rival_score, input.least_rival_share * improved.list().front().score);
-  for (const ScoredMotion& entry : improved.list()) {
+      std::max(input.least_rival_score, input.least_rival_share * improved.front().score);
+  for (const ScoredMotion& entry : improved) {
     const bool rival = !result.candidates.empty();
     // A true motion between stations far apart may overlap little beside a false one that lays the
     // scanners on mirrored places. The comparison of the refined clouds decides.

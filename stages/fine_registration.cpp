@@ -185,7 +185,7 @@ void RefineWhereWeak(const FineInput& input, const PlaneRounds& rounds, FineResu
   const RigidTransform start = rounds.enough ? rounds.poses[1] : input.target_from_source;
   const Matrix6d prior = rounds.enough ? rounds.information : input.information;
   const SurfaceRefinement surfaces = RefineOnSurfaces(
-      input.source, input.target, input.target_search, start, prior, surface_options);
+      input.source, input.target, input.target_index, start, prior, surface_options);
   if (surfaces.information.isZero()) return;
   if (!IsNear(surfaces.target_from_source, input.target_from_source,
               input.target.model.resolution_m())) {
@@ -248,7 +248,7 @@ FineResult RefinePair(const FineInput& input, const FineOptions& options,
   if (options.surfaces) {
     SurfaceRefinementOptions surface_options;
     surface_options.normal_sigma_m = std::max(0.5 * result.rms_m, 0.001);
-    refined = RefineOnSurfaces(input.source, input.target, input.target_search, refined,
+    refined = RefineOnSurfaces(input.source, input.target, input.target_index, refined,
                                rounds.information, surface_options)
                   .target_from_source;
   }

@@ -48,7 +48,7 @@ struct FineResult {
 struct FineInput {
   Surface source;
   Surface target;
-  const NeighborSearch& target_search;            ///< among the means of the target's leaves
+  const CloudIndex& target_index;                 ///< of the target's model
   RigidTransform target_from_source;              ///< T_c
   Matrix6d information = Matrix6d::Zero();        ///< of T_c
   std::vector<Eigen::Vector3d> structure_points;  ///< target points of C3, for activation micro

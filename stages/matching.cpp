@@ -4,40 +4,27 @@
 #include <algorithm>
 
 #include "core/neighbors.h"
+#include "stages/descriptor_distances.h"
 
 namespace backsight {
 namespace {
 
 using Matrix = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// Descriptors as rows, bins centred, so that float products keep their digits.
+/// Descriptors as rows, bins centred, so that float products keep their digits; and zeros, as many
+/// as the kernel may read beyond.
 Matrix MakeRows(std::span<const FpfhDescriptor> descriptors) {
-  Matrix rows(static_cast<Eigen::Index>(descriptors.size()), 33);
+  constexpr std::size_t kMultiple = 16;
+  const std::size_t padded = (descriptors.size() + kMultiple - 1) / kMultiple * kMultiple;
+  Matrix rows = Matrix::Zero(static_cast<Eigen::Index>(padded), kDescriptorBins);
   for (std::size_t i = 0; i < descriptors.size(); ++i) {
-    for (std::size_t bin = 0; bin < 33; ++bin) {
+    for (std::size_t bin = 0; bin < kDescriptorBins; ++bin) {
       rows(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(bin)) =
           descriptors[i][bin] - 100.0F / 11.0F;
     }
   }
   return rows;
 }
-
-/// The k smallest (distance, index) seen, in ascending order.
-class Nearest {
- public:
-  explicit Nearest(std::size_t k) : k_(k) {}
-  void Offer(float distance, std::uint32_t index) {
-    if (list_.size() == k_ && !(distance < list_.back().first)) return;
-    const std::pair<float, std::uint32_t> entry(distance, index);
-    list_.insert(std::upper_bound(list_.begin(), list_.end(), entry), entry);
-    if (list_.size() > k_) list_.pop_back();
-  }
-  const std::vector<std::pair<float, std::uint32_t>>& list() const { return list_; }
-
- private:
-  std::size_t k_;
-  std::vector<std::pair<float, std::uint32_t>> list_;
-};
 
 }  // namespace
 
@@ -49,34 +36,26 @@ void VisitOptions(OptionVisitor& visitor, MatchingOptions& options) {
 std::vector<DescriptorMatch> MatchDescriptors(std::span<const FpfhDescriptor> source,
                                               std::span<const FpfhDescriptor> target,
                                               const MatchingOptions& options) {
+  if (source.empty() || target.empty()) return {};
   const Matrix a = MakeRows(source);
   const Matrix b = MakeRows(target);
+  const Matrix b_columns = b.transpose();
   const Eigen::VectorXf a2 = a.rowwise().squaredNorm();
   const Eigen::VectorXf b2 = b.rowwise().squaredNorm();
   const auto k = static_cast<std::size_t>(options.neighbors);
-  std::vector<Nearest> of_source(source.size(), Nearest(k));
-  std::vector<Nearest> of_target(target.size(), Nearest(k));
-  constexpr Eigen::Index kBlock = 256;
-  Matrix products;
-  for (Eigen::Index begin = 0; begin < a.rows(); begin += kBlock) {
-    const Eigen::Index rows = std::min(kBlock, a.rows() - begin);
-    products.noalias() = a.middleRows(begin, rows) * b.transpose();
-    for (Eigen::Index i = 0; i < rows; ++i) {
-      const auto s = static_cast<std::uint32_t>(begin + i);
-      for (Eigen::Index j = 0; j < b.rows(); ++j) {
-        const float squared = a2[begin + i] + b2[j] - 2.0F * products(i, j);
-        of_source[s].Offer(squared, static_cast<std::uint32_t>(j));
-        of_target[static_cast<std::size_t>(j)].Offer(squared, s);
-      }
-    }
-  }
+  std::vector<DescriptorNeighbor> of_source(k * source.size());
+  std::vector<DescriptorNeighbor> of_target(k * target.size());
+  FindNearestDescriptors({a.data(), a2.data(), source.size()},
+                         {b_columns.data(), b2.data(), target.size(),
+                          static_cast<std::size_t>(b_columns.cols())},
+                         k, of_source, of_target);
 
   std::vector<DescriptorMatch> matches;
   for (std::uint32_t s = 0; s < source.size(); ++s) {
-    for (const auto& [distance, t] : of_source[s].list()) {
-      const auto& back = of_target[t].list();
+    for (const auto& [distance, t] : std::span(of_source).subspan(k * s, std::min(k, target.size()))) {
+      const auto back = std::span(of_target).subspan(k * t, std::min(k, source.size()));
       const bool mutual = std::any_of(back.begin(), back.end(),
-                                      [&](const auto& entry) { return entry.second == s; });
+                                      [&](const DescriptorNeighbor& n) { return n.index == s; });
       if (mutual) matches.push_back({s, t});
     }
   }

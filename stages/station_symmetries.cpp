@@ -38,7 +38,7 @@ RigidTransform RefineOnSelf(const Surface& surface, const CloudIndex& index,
   few.normal_sigma_m = 0.1 * surface.model.resolution_m();
   few.sample = 2000;
   few.max_iterations = 6;
-  return RefineOnSurfaces(surface, surface, index.search, motion, Matrix6d::Zero(), few)
+  return RefineOnSurfaces(surface, surface, index, motion, Matrix6d::Zero(), few)
       .target_from_source;
 }
 

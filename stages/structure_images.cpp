@@ -97,11 +97,17 @@ class OffsetHistograms {
     }
   }
 
-  /// Along `axis`, facing to its positive or negative side, counted in its direction or against it.
-  float At(int axis, bool positive, bool reversed, int bin) const {
-    const int place = reversed ? bins_ - 1 - bin : bin;
-    if (place < 0 || place >= bins_) return 0.0F;
-    return histograms_[Slot(axis, positive != reversed)][static_cast<std::size_t>(place)];
+  /// Along `axis`, facing to its positive or negative side.
+  float At(int axis, bool positive, int bin) const {
+    return histograms_[Slot(axis, positive)][static_cast<std::size_t>(bin)];
+  }
+  /// All bins, counted in the axis's direction or against it, between `margin` empty ones.
+  std::vector<float> Along(int axis, bool positive, bool reversed, int margin) const {
+    std::vector<float> bins = histograms_[Slot(axis, positive != reversed)];
+    if (reversed) std::reverse(bins.begin(), bins.end());
+    bins.insert(bins.begin(), static_cast<std::size_t>(margin), 0.0F);
+    bins.resize(bins.size() + static_cast<std::size_t>(margin), 0.0F);
+    return bins;
   }
   int bins() const { return bins_; }
   double bin_m() const { return bin_m_; }
@@ -139,17 +145,22 @@ struct Shift {
 std::vector<Shift> BestShifts(const OffsetHistograms& target, int to,
                               const OffsetHistograms& source, int from, bool reversed) {
   const int reach = static_cast<int>(kFarthestShift / target.bin_m());
-  std::vector<Shift> all;
-  for (int shift = -reach; shift <= reach; ++shift) {
-    double sum = 0.0;
-    for (const bool positive : {false, true}) {
-      for (int bin = 0; bin < target.bins(); ++bin) {
-        const float there = target.At(to, positive, false, bin);
-        if (there == 0.0F) continue;
-        sum += static_cast<double>(there * source.At(from, positive, reversed, bin - shift));
-      }
+  std::vector<double> sums(static_cast<std::size_t>(2 * reach + 1), 0.0);
+  for (const bool positive : {false, true}) {
+    const std::vector<float> moving = source.Along(from, positive, reversed, reach);
+    for (int bin = 0; bin < target.bins(); ++bin) {
+      const float there = target.At(to, positive, bin);
+      if (there == 0.0F) continue;
+      // By falling shift the source's bins ascend: bin - shift.
+      const float* bins = moving.data() + bin;
+      double* sum = sums.data() + 2 * reach;
+      for (int k = 0; k <= 2 * reach; ++k) sum[-k] += static_cast<double>(there * bins[k]);
     }
-    all.push_back({shift * target.bin_m(), sum});
+  }
+  std::vector<Shift> all;
+  all.reserve(sums.size());
+  for (int shift = -reach; shift <= reach; ++shift) {
+    all.push_back({shift * target.bin_m(), sums[static_cast<std::size_t>(shift + reach)]});
   }
   std::stable_sort(all.begin(), all.end(),
                    [](const Shift& a, const Shift& b) { return a.correlation > b.correlation; });

@@ -78,23 +78,70 @@ Eigen::Matrix3d ClusterCovariance(const PointCluster& cluster, double l, double 
          across_m * across_m * Eigen::Matrix3d::Identity();
 }
 
+/// Nearest voxels of points that move little from one iteration to the next: a point that has moved
+/// by less than its nearest voxel is closer than all others keeps it.
+class NearestMemory {
+ public:
+  NearestMemory(const CloudIndex& index, double reach_m, std::size_t points)
+      : index_(index), reach_m_(reach_m), entries_(points) {}
+
+  /// The voxel nearest to point `i`, which now lies at `moved`; none within the reach: kNone.
+  std::uint32_t Find(std::size_t i, const Eigen::Vector3d& moved) {
+    Entry& entry = entries_[i];
+    if (!IsCertain(entry, moved)) {
+      const double wide_m = 1.1 * reach_m_;
+      const auto nearest = index_.voxels.Nearest(index_.means, moved, wide_m);
+      entry.asked = moved;
+      entry.voxel = nearest ? nearest->voxel : kNone;
+      entry.others_m = nearest ? std::sqrt(nearest->others_squared_m2) : wide_m;
+    }
+    if (entry.voxel == kNone || Distance(entry.voxel, moved) > reach_m_) return kNone;
+    return entry.voxel;
+  }
+
+  static constexpr std::uint32_t kNone = ~0U;
+
+ private:
+  struct Entry {
+    Eigen::Vector3d asked = Eigen::Vector3d::Zero();
+    double others_m = 0.0;  // from where it was asked to all voxels but `voxel`, at least
+    std::uint32_t voxel = kNone;
+  };
+
+  double Distance(std::uint32_t voxel, const Eigen::Vector3d& point) const {
+    return (point - index_.means[voxel]).norm();
+  }
+  bool IsCertain(const Entry& entry, const Eigen::Vector3d& moved) const {
+    constexpr double kRounding = 1e-9;
+    const double others_m = entry.others_m - (moved - entry.asked).norm() - kRounding;
+    return others_m > (entry.voxel == kNone ? reach_m_ : Distance(entry.voxel, moved));
+  }
+
+  const CloudIndex& index_;
+  double reach_m_;
+  std::vector<Entry> entries_;
+};
+
+std::size_t Stride(const Surface& source, const Options& options) {
+  return std::max<std::size_t>(
+      1, source.model.leaves.size() / std::max<std::size_t>(options.sample, 1));
+}
+
 /// The pairs under a motion; `groups`, if given, gets their gradients by cubes of the source.
-Iteration Collect(const Surface& source, const Surface& target, const NeighborSearch& search,
-                  const RigidTransform& motion, const Options& options,
+Iteration Collect(const Surface& source, const Surface& target, const RigidTransform& motion,
+                  const Options& options, NearestMemory* memory,
                   std::map<std::uint64_t, Vector6d>* groups) {
   const double l = target.model.resolution_m();
   const bool by_cluster = options.covariance == Options::Covariance::kCluster;
   const VoxelLattice lattice{.edge_m = kGroupEdge * l};
-  const std::size_t stride = std::max<std::size_t>(
-      1, source.model.leaves.size() / std::max<std::size_t>(options.sample, 1));
+  const std::size_t stride = Stride(source, options);
   Iteration iteration;
   for (std::size_t i = 0; i < source.model.leaves.size(); i += stride) {
     if (!by_cluster && !source.normals[i].allFinite()) continue;
     const PointCluster& cluster = source.model.leaves[i].cluster;
     const Eigen::Vector3d moved = motion * cluster.mean;
-    const auto nearest = search.Nearest(moved, 1);
-    if (nearest.empty() || nearest[0].distance_m > kReach * l) continue;
-    const std::size_t j = nearest[0].index;
+    const std::uint32_t j = memory->Find(i / stride, moved);
+    if (j == NearestMemory::kNone) continue;
     const PointCluster& fixed = target.model.leaves[j].cluster;
     if (by_cluster) {
       const Eigen::Matrix3d own = ClusterCovariance(cluster, l, options.normal_sigma_m);
@@ -142,14 +189,16 @@ Matrix6d RobustInformation(const Iteration& last, const std::map<std::uint64_t, 
 }  // namespace
 
 SurfaceRefinement RefineOnSurfaces(const Surface& source, const Surface& target,
-                                   const NeighborSearch& target_search, const RigidTransform& start,
+                                   const CloudIndex& target_index, const RigidTransform& start,
                                    const Matrix6d& prior, const Options& options) {
   SurfaceRefinement result;
   result.target_from_source = start;
+  NearestMemory memory(target_index, kReach * target.model.resolution_m(),
+                       source.model.leaves.size() / Stride(source, options) + 1);
   while (result.iterations < options.max_iterations) {
     ++result.iterations;
     const RigidTransform& motion = result.target_from_source;
-    const Iteration iteration = Collect(source, target, target_search, motion, options, nullptr);
+    const Iteration iteration = Collect(source, target, motion, options, &memory, nullptr);
     result.matches = iteration.matches();
     if (result.matches < kFewestMatches) {
       result.target_from_source = start;
@@ -164,7 +213,7 @@ SurfaceRefinement RefineOnSurfaces(const Surface& source, const Surface& target,
   if (options.covariance == Options::Covariance::kCluster) {
     std::map<std::uint64_t, Vector6d> groups;
     const Iteration last =
-        Collect(source, target, target_search, result.target_from_source, options, &groups);
+        Collect(source, target, result.target_from_source, options, &memory, &groups);
     result.information =
         RobustInformation(last, groups, kSharedError * target.model.resolution_m());
     result.center = last.Center();

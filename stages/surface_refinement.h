@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "core/neighbors.h"
 #include "core/rigid_transform.h"
+#include "stages/cloud_agreement.h"
 #include "stages/surface.h"
 
 namespace backsight {
@@ -37,10 +37,10 @@ struct SurfaceRefinement {
 /// LocalDifference(T, start). With kSurface only voxels of like normal pair; with kCluster all do,
 /// and Cauchy weights take wrong pairs out. So curved and small surfaces, which no plane covers,
 /// have their say; on dense scans the planes' information prevails. The start is returned, with
-/// zero information, where fewer than 100 voxels match. `target_search` finds the means of the
-/// target's leaves. Time O(iterations * sample * log n).
+/// zero information, where fewer than 100 voxels match. `target_index` is the target's.
+/// Time O(iterations * sample).
 SurfaceRefinement RefineOnSurfaces(const Surface& source, const Surface& target,
-                                   const NeighborSearch& target_search, const RigidTransform& start,
+                                   const CloudIndex& target_index, const RigidTransform& start,
                                    const Matrix6d& prior, const SurfaceRefinementOptions& options);
 
 }  // namespace backsight

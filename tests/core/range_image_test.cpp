@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numbers>
 
 #include "core/random.h"
@@ -104,6 +106,40 @@ TEST(RangeImage, RandomDirectionsFillIt) {
 }
 
 TEST(RangeImage, WithoutPixelsNothingIsCovered) { EXPECT_EQ(RangeImage().Coverage(), 0.0); }
+
+/// Row and column with the library's arc tangent.
+std::pair<int, int> ReferenceCell(const RangeImage& image, const Eigen::Vector3d& d) {
+  const double azimuth = std::atan2(d.y(), d.x());
+  const double polar = std::atan2(std::hypot(d.x(), d.y()), d.z());
+  return {std::clamp(static_cast<int>(polar / pi * image.rows()), 0, image.rows() - 1),
+          std::clamp(static_cast<int>((azimuth + pi) / (2.0 * pi) * image.columns()), 0,
+                     image.columns() - 1)};
+}
+
+TEST(RangeImage, PixelsAreThoseOfTheArcTangent) {
+  Random random(5);
+  RangeImage image(Eigen::Vector3d::Zero(), 0.25);
+  std::map<std::pair<int, int>, float> farthest;
+  std::vector<Eigen::Vector3d> directions;
+  for (int i = 0; i < 200000; ++i) {
+    Eigen::Vector3d d(random.Normal(), random.Normal(), random.Normal());
+    // On and beside the pixels' edges too, where a quick arc tangent alone would err.
+    if (i % 2 == 0) {
+      const double azimuth = 0.25 * static_cast<double>(random.Index(1440));
+      const double polar = 0.25 * static_cast<double>(random.Index(721));
+      d = Direction(azimuth + 1e-9 * random.Normal(), polar + 1e-9 * random.Normal());
+    }
+    const Eigen::Vector3d point = random.Uniform(1.0, 50.0) * d;
+    image.Add(point);
+    float& max = farthest[ReferenceCell(image, point)];
+    max = std::max(max, static_cast<float>(point.norm()));
+    directions.push_back(point);
+  }
+  for (const Eigen::Vector3d& point : directions) {
+    ASSERT_EQ(image.At(point).max_m, farthest[ReferenceCell(image, point)]);
+  }
+  EXPECT_EQ(image.Measured(), farthest.size());
+}
 
 }  // namespace
 }  // namespace backsight

@@ -5,12 +5,18 @@
 #include <set>
 
 #include "core/random.h"
-#include "graph/edge_consensus.h"
+#include "graph/interval_stabbing.h"
 
 namespace backsight {
 namespace {
 
 constexpr double kTurn = 2.0 * std::numbers::pi;
+
+StabbingResult StabIntervals(const std::vector<AngleInterval>& intervals) {
+  std::size_t ids = 0;
+  for (const AngleInterval& interval : intervals) ids = std::max<std::size_t>(ids, interval.id + 1);
+  return IntervalStabber(ids).Stab(intervals);
+}
 
 bool Covers(const AngleInterval& interval, double angle) {
   if (interval.end - interval.begin >= kTurn) return true;

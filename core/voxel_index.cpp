@@ -1,0 +1,174 @@
+#include "core/voxel_index.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+namespace backsight {
+namespace {
+
+struct Place {
+  std::uint64_t brick;
+  std::uint32_t within;  // x, y, z, three bits each
+  std::uint32_t voxel;
+};
+
+Place PlaceOf(std::uint64_t key, std::size_t voxel) {
+  const Eigen::Vector3i cell = VoxelLattice::Unpack(key);
+  return {VoxelLattice::Pack({cell.x() >> 3, cell.y() >> 3, cell.z() >> 3}),
+          static_cast<std::uint32_t>((cell.x() & 7) << 6 | (cell.y() & 7) << 3 | (cell.z() & 7)),
+          static_cast<std::uint32_t>(voxel)};
+}
+
+}  // namespace
+
+VoxelIndex::VoxelIndex(const VoxelLattice& lattice, std::span<const std::uint64_t> keys)
+    : lattice_(lattice) {
+  std::vector<Place> places;
+  places.reserve(keys.size());
+  for (std::size_t i = 0; i < keys.size(); ++i) places.push_back(PlaceOf(keys[i], i));
+  std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
+    return a.brick != b.brick ? a.brick < b.brick : a.within < b.within;
+  });
+
+  std::vector<std::uint64_t> brick_keys;
+  order_.reserve(places.size());
+  for (const Place& place : places) {
+    if (brick_keys.empty() || brick_keys.back() != place.brick) {
+      brick_keys.push_back(place.brick);
+      bricks_.emplace_back();
+    }
+    const std::size_t x = place.within >> 6U;
+    std::uint64_t& mask = bricks_.back().masks[x];
+    if (mask == 0) bricks_.back().first[x] = static_cast<std::uint32_t>(order_.size());
+    mask |= 1ULL << (place.within & 63U);
+    order_.push_back(place.voxel);
+  }
+
+  slots_.resize(std::bit_ceil(2 * brick_keys.size() + 1));
+  slot_mask_ = slots_.size() - 1;
+  for (std::size_t i = 0; i < brick_keys.size(); ++i) {
+    std::size_t slot = Slot(brick_keys[i]);
+    while (slots_[slot].brick != kNoBrick) slot = (slot + 1) & slot_mask_;
+    slots_[slot] = {brick_keys[i], static_cast<std::uint32_t>(i)};
+  }
+}
+
+/// One search of the nearest point and the second nearest's distance: cell by cell from the query's
+/// own, leaving out what lies farther than these. Lengths in cells.
+class VoxelIndex::Search {
+ public:
+  Search(const VoxelIndex& index, std::span<const Eigen::Vector3d> points,
+         const Eigen::Vector3d& query, double radius_m)
+      : index_(index),
+        points_(points),
+        query_(query),
+        place_((query - index.lattice_.origin) / index.lattice_.edge_m),
+        cell_(place_.array().floor().cast<int>()),
+        per_square_(1.0 / (index.lattice_.edge_m * index.lattice_.edge_m)) {
+    best_.squared_m2 = best_.others_squared_m2 = radius_m * radius_m;
+    reach_ = static_cast<int>(std::ceil(radius_m / index.lattice_.edge_m));
+  }
+
+  std::optional<Neighbor> Run() {
+    const int x = cell_.x();
+    const int y = cell_.y();
+    VisitRow(x, y, cell_.z(), cell_.z());
+    for (int dx = 0; dx <= reach_; ++dx) {
+      for (const int sx : {x + dx, x - dx}) {
+        const double in_x = Gap(place_.x(), sx);
+        if (in_x * in_x > Bound()) continue;
+        VisitSlice(sx, y, in_x * in_x);
+        if (dx == 0) break;
+      }
+    }
+    return found_ ? std::optional(best_) : std::nullopt;
+  }
+
+ private:
+  static constexpr double kRounding = 1e-9;  // means may lie beside their cells by rounding
+
+  /// Of a coordinate from a cell.
+  static double Gap(double place, int cell) {
+    return std::max({cell - place, place - cell - 1.0, 0.0}) - kRounding;
+  }
+  double Bound() const { return best_.others_squared_m2 * per_square_; }
+
+  void VisitSlice(int x, int y, double in_x2) {
+    for (int dy = 0; dy <= reach_; ++dy) {
+      for (const int sy : {y + dy, y - dy}) {
+        const double in_y = Gap(place_.y(), sy);
+        const double rest = Bound() - in_x2 - in_y * in_y;
+        if (rest >= 0.0) {
+          const double reach = std::sqrt(rest) + kRounding;
+          VisitRow(x, sy, static_cast<int>(std::floor(place_.z() - reach)),
+                   static_cast<int>(std::floor(place_.z() + reach)));
+        }
+        if (dy == 0) break;
+      }
+    }
+  }
+
+  /// The cells from z `first` to `last` of a row.
+  void VisitRow(int x, int y, int first, int last) {
+    for (int in_z = first >> 3; in_z <= last >> 3; ++in_z) {
+      const Brick* brick = Cached({x >> 3, y >> 3, in_z});
+      if (brick == nullptr) continue;
+      const int from = std::max(first - 8 * in_z, 0);
+      const int to = std::min(last - 8 * in_z, 7);
+      const std::uint64_t row = brick->masks[static_cast<std::size_t>(x & 7)] >> (8 * (y & 7));
+      for (std::uint64_t bits = row & (0xFFU >> (7 - to)) & (0xFFU << from); bits != 0;
+           bits &= bits - 1) {
+        Offer(index_.order_[VoxelBefore(*brick, x & 7, 8 * (y & 7) + std::countr_zero(bits))]);
+      }
+    }
+  }
+
+  void Offer(std::uint32_t voxel) {
+    const double squared = (query_ - points_[voxel]).squaredNorm();
+    if (found_ && voxel == best_.voxel) return;  // the query's own cell comes twice
+    const bool closer =
+        squared < best_.squared_m2 ||
+        (squared == best_.squared_m2 && (!found_ || voxel < best_.voxel));
+    if (closer) {
+      if (found_) best_.others_squared_m2 = best_.squared_m2;
+      best_.voxel = voxel;
+      best_.squared_m2 = squared;
+      found_ = true;
+    } else {
+      best_.others_squared_m2 = std::min(best_.others_squared_m2, squared);
+    }
+  }
+
+  /// The brick asked for last is mostly the one that is asked for next.
+  const Brick* Cached(const Eigen::Vector3i& brick) {
+    if (!asked_ || brick != last_) {
+      last_ = brick;
+      last_brick_ = index_.BrickAt(brick);
+      asked_ = true;
+    }
+    return last_brick_;
+  }
+
+  const VoxelIndex& index_;
+  std::span<const Eigen::Vector3d> points_;
+  Eigen::Vector3d query_;
+  Eigen::Vector3d place_;  // of the query, cells
+  Eigen::Vector3i cell_;
+  double per_square_;
+  int reach_ = 0;
+  Neighbor best_;
+  bool found_ = false;
+  bool asked_ = false;
+  Eigen::Vector3i last_ = Eigen::Vector3i::Zero();
+  const Brick* last_brick_ = nullptr;
+};
+
+std::optional<VoxelIndex::Neighbor> VoxelIndex::Nearest(std::span<const Eigen::Vector3d> points,
+                                                        const Eigen::Vector3d& query,
+                                                        double radius_m) const {
+  if (!lattice_.Contains(query)) return std::nullopt;
+  return Search(*this, points, query, radius_m).Run();
+}
+
+}  // namespace backsight

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/rigid_transform.h"
+#include "graph/correspondences.h"
+#include "graph/interval_stabbing.h"
+#include "graph/pair_columns.h"
+
+namespace backsight {
+
+struct EdgeHypothesis {
+  RigidTransform target_from_source;
+  int consensus = 0;  ///< distinct source key points within 2 l of their target
+};
+
+/// Reliability of edges (paper section III-C) where only those matter that gather more key points
+/// than a bar. Bounds from cheap to dear come first: rows that may lie alike with respect to the
+/// edge, the key points among them, those that some rotation about the edge can satisfy, and the
+/// most that one sector of rotations holds. Keeps its memory from edge to edge. Time O(K) per edge
+/// that a bound rejects, O(K + n log n) for n rows that pass.
+class EdgeEvaluator {
+ public:
+  /// `c` and `columns` (of `c`) must outlive it. `limit_m`: 2 l.
+  EdgeEvaluator(const Correspondences& c, const PairColumns& columns, double limit_m,
+                const std::optional<UprightConstraint>& upright);
+
+  /// The best motion about the edge from row i to row j; none where it provably gathers no more
+  /// than `bar` key points. What it returns may gather no more either.
+  std::optional<EdgeHypothesis> Evaluate(std::uint32_t i, std::uint32_t j, int bar);
+
+ private:
+  struct Edge;
+  static constexpr std::uint32_t kSectors = 128;
+  /// A row seen along the edge, after the edge was moved onto its target.
+  struct Candidate {
+    std::uint32_t row = 0;
+    double source_u = 0.0, source_v = 0.0;  // across the edge
+    double target_u = 0.0, target_v = 0.0;
+    double along = 0.0;  // target less source
+    // Sectors that its interval of rotation angles touches, round from the one to the other.
+    std::uint32_t first_sector = 0;
+    std::uint32_t last_sector = kSectors - 1;
+  };
+  void CollectRows(std::uint32_t i, const Edge& edge, int bar);
+  void CollectCandidates(const Edge& edge);
+  bool CanMeet(const Candidate& candidate) const;
+  int DistinctRows();
+  void PlaceInSectors(Candidate* candidate) const;
+  bool KeepPromising(int bar);
+  EdgeHypothesis Tight(const Edge& edge);
+  EdgeHypothesis Upright(const Edge& edge);
+
+  const Correspondences& c_;
+  const PairColumns& columns_;
+  double limit_m_;
+  std::optional<UprightConstraint> upright_;
+  std::vector<std::uint32_t> keypoint_;  // of each row: its source id, numbered without gaps
+  std::vector<std::uint32_t> seen_;      // per key point: the last count that met it
+  std::uint32_t count_ = 0;
+  std::vector<std::uint32_t> found_;  // rows from the kernel
+  std::vector<std::uint32_t> rows_;
+  std::vector<Candidate> candidates_;
+  std::vector<AngleInterval> intervals_;
+  IntervalStabber stabber_;
+};
+
+/// How far the columns' single precision may move a length, or a projection, metres.
+inline float Slack(const PairColumns& columns) { return columns.extent_m * 0x1p-18F; }
+
+}  // namespace backsight

@@ -1,0 +1,197 @@
+#include "graph/reliability_kernels.h"
+
+// Highway compiles this file once for every instruction set and picks one at run time.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "graph/reliability_kernels.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace backsight {
+namespace HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+constexpr std::size_t kChunk = 16;  // rows that are looked at together
+constexpr std::size_t kLanes = 8;   // of the sums
+using Wide = hn::CappedTag<float, kChunk>;
+using Sums = hn::CappedTag<float, kLanes>;
+
+/// Squared distances from one row to others, in both clouds.
+template <class D>
+struct Squares {
+  hn::Vec<D> uz, vz;  // height differences
+  hn::Vec<D> in_source, in_target;
+};
+
+template <class D>
+HWY_INLINE Squares<D> SquaresAt(D d, const ColumnView& c, std::size_t a, std::size_t b) {
+  const auto ux = hn::Sub(hn::LoadU(d, c.qx + b), hn::Set(d, c.qx[a]));
+  const auto uy = hn::Sub(hn::LoadU(d, c.qy + b), hn::Set(d, c.qy[a]));
+  const auto uz = hn::Sub(hn::LoadU(d, c.qz + b), hn::Set(d, c.qz[a]));
+  const auto vx = hn::Sub(hn::LoadU(d, c.px + b), hn::Set(d, c.px[a]));
+  const auto vy = hn::Sub(hn::LoadU(d, c.py + b), hn::Set(d, c.py[a]));
+  const auto vz = hn::Sub(hn::LoadU(d, c.pz + b), hn::Set(d, c.pz[a]));
+  return {uz, vz, hn::Add(hn::Add(hn::Mul(ux, ux), hn::Mul(uy, uy)), hn::Mul(uz, uz)),
+          hn::Add(hn::Add(hn::Mul(vx, vx), hn::Mul(vy, vy)), hn::Mul(vz, vz))};
+}
+
+/// Factors of the test that needs no root: with squared lengths A and B, |sqrt A - sqrt B| < e
+/// implies (A - B)^2 <= e^2 (sqrt A + sqrt B)^2 <= 2 e^2 (A + B). One part in a hundred and the
+/// second term cover what single precision rounds in lengths up to 2^12 e.
+struct RootlessTest {
+  explicit RootlessTest(float limit_m) : linear(2.02F * limit_m * limit_m) {}
+  float linear;
+  static constexpr float kSquare = 4e-10F;
+};
+
+template <class D>
+HWY_INLINE hn::Mask<D> MayAgree(D d, const Squares<D>& s, const RootlessTest& test) {
+  const auto sum = hn::Add(s.in_source, s.in_target);
+  const auto difference = hn::Sub(s.in_source, s.in_target);
+  const auto bound =
+      hn::Mul(sum, hn::Add(hn::Set(d, test.linear), hn::Mul(sum, hn::Set(d, test.kSquare))));
+  return hn::Le(hn::Mul(difference, difference), bound);
+}
+
+/// exp(-y) for 0 <= y <= 2/3, relative error below 3e-7.
+template <class D>
+HWY_INLINE hn::Vec<D> ExpNegative(D d, hn::Vec<D> y) {
+  auto sum = hn::Add(hn::Set(d, -0.0083333333F), hn::Mul(y, hn::Set(d, 0.00130F)));
+  sum = hn::Add(hn::Set(d, 0.041666667F), hn::Mul(y, sum));
+  sum = hn::Add(hn::Set(d, -0.16666667F), hn::Mul(y, sum));
+  sum = hn::Add(hn::Set(d, 0.5F), hn::Mul(y, sum));
+  sum = hn::Add(hn::Set(d, -1.0F), hn::Mul(y, sum));
+  return hn::Add(hn::Set(d, 1.0F), hn::Mul(y, sum));
+}
+
+template <class D>
+HWY_INLINE hn::Vec<D> WeightsAt(D d, const ColumnView& c, std::size_t a, std::size_t b,
+                                const CompatibilityRule& rule) {
+  const Squares<D> s = SquaresAt(d, c, a, b);
+  const auto zero = hn::Zero(d);
+  const auto length = hn::Sqrt(s.in_source);
+  const auto x = hn::Abs(hn::Sub(length, hn::Sqrt(s.in_target)));
+  const auto rise = hn::Add(hn::Set(d, rule.height_m), hn::Mul(hn::Set(d, rule.slope), length));
+  const auto apart = hn::And(hn::Gt(s.in_source, zero), hn::Gt(s.in_target, zero));
+  const auto level = hn::Lt(hn::Abs(hn::Sub(s.uz, s.vz)), rise);
+  const auto compatible = hn::And(hn::And(hn::Lt(x, hn::Set(d, rule.limit_m)), apart), level);
+  const auto weight = ExpNegative(d, hn::Mul(hn::Mul(x, x), hn::Set(d, rule.inverse_6l2)));
+  return hn::IfThenElseZero(compatible, weight);
+}
+
+/// Whether any of the chunk's rows may be compatible with row a.
+HWY_INLINE bool AnyMayAgree(const ColumnView& c, std::size_t a, std::size_t b,
+                            const RootlessTest& test) {
+  const Wide d;
+  bool any = false;
+  for (std::size_t i = 0; i < kChunk; i += hn::Lanes(d)) {
+    any |= !hn::AllFalse(d, MayAgree(d, SquaresAt(d, c, a, b + i), test));
+  }
+  return any;
+}
+
+float SumReliability(const ColumnView& c, const CompatibilityRule& rule, std::size_t a) {
+  const Sums d;
+  const RootlessTest test(rule.limit_m);
+  HWY_ALIGN float lanes[kLanes] = {};
+  const std::size_t whole = c.rows - c.rows % kLanes;
+  for (std::size_t b = 0; b < whole; b += kChunk) {
+    if (!AnyMayAgree(c, a, b, test)) continue;
+    for (std::size_t i = 0; i < kChunk && b + i < whole; i += hn::Lanes(d)) {
+      float* sum = lanes + i % kLanes;
+      hn::Store(hn::Add(hn::Load(d, sum), WeightsAt(d, c, a, b + i, rule)), d, sum);
+    }
+  }
+  float sum = 0.0F;
+  for (const float lane : lanes) sum += lane;
+  for (std::size_t i = 0; i < kLanes; i += hn::Lanes(d)) {
+    hn::Store(WeightsAt(d, c, a, whole + i, rule), d, lanes + i);
+  }
+  for (std::size_t b = whole; b < c.rows; ++b) sum += lanes[b - whole];
+  return sum;
+}
+
+void SumReliabilities(const ColumnView& c, const CompatibilityRule& rule, std::size_t begin,
+                      float* out, std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i) out[i] = SumReliability(c, rule, begin + i);
+}
+
+/// Appends the rows from `b` on whose lane is set.
+template <class D>
+HWY_INLINE std::size_t Append(D d, hn::Mask<D> mask, std::size_t b, std::size_t count,
+                              std::uint32_t* found) {
+  if (hn::AllFalse(d, mask)) return count;
+  std::uint8_t bytes[8] = {};
+  hn::StoreMaskBits(d, mask, bytes);
+  for (auto bits = static_cast<std::uint32_t>(bytes[0] | bytes[1] << 8); bits != 0;
+       bits &= bits - 1) {
+    found[count++] = static_cast<std::uint32_t>(b) +
+                     static_cast<std::uint32_t>(hwy::Num0BitsBelowLS1Bit_Nonzero32(bits));
+  }
+  return count;
+}
+
+std::size_t FindSameLength(const ColumnView& c, std::size_t a, std::size_t begin, float limit_m,
+                           std::uint32_t* found) {
+  const Wide d;
+  const RootlessTest test(limit_m);
+  std::size_t count = 0;
+  for (std::size_t b = begin; b < c.rows; b += hn::Lanes(d)) {
+    count = Append(d, MayAgree(d, SquaresAt(d, c, a, b), test), b, count, found);
+  }
+  return count;
+}
+
+std::size_t FindAlongEdge(const ColumnView& c, const EdgeAxes& e, float limit_m, std::size_t bar,
+                          std::uint32_t* found) {
+  const Wide d;
+  const RootlessTest test(limit_m);
+  const std::size_t a = e.row;
+  const float here = (c.px[a] * e.px + c.py[a] * e.py + c.pz[a] * e.pz) -
+                     (c.qx[a] * e.qx + c.qy[a] * e.qy + c.qz[a] * e.qz);
+  std::size_t count = 0;
+  for (std::size_t b = 0; b < c.rows; b += hn::Lanes(d)) {
+    if (count + (c.rows - b) <= bar) return 0;
+    const auto q = hn::Add(hn::Add(hn::Mul(hn::LoadU(d, c.qx + b), hn::Set(d, e.qx)),
+                                   hn::Mul(hn::LoadU(d, c.qy + b), hn::Set(d, e.qy))),
+                           hn::Mul(hn::LoadU(d, c.qz + b), hn::Set(d, e.qz)));
+    const auto p = hn::Add(hn::Add(hn::Mul(hn::LoadU(d, c.px + b), hn::Set(d, e.px)),
+                                   hn::Mul(hn::LoadU(d, c.py + b), hn::Set(d, e.py))),
+                           hn::Mul(hn::LoadU(d, c.pz + b), hn::Set(d, e.pz)));
+    const auto along = hn::Sub(hn::Sub(p, q), hn::Set(d, here));
+    const auto beside = hn::Lt(hn::Abs(along), hn::Set(d, limit_m));
+    if (hn::AllFalse(d, beside)) continue;
+    count = Append(d, hn::And(beside, MayAgree(d, SquaresAt(d, c, a, b), test)), b, count, found);
+  }
+  return count <= bar ? 0 : count;
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace backsight
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace backsight {
+
+HWY_EXPORT(SumReliabilities);
+HWY_EXPORT(FindSameLength);
+HWY_EXPORT(FindAlongEdge);
+
+void SumReliabilities(const ColumnView& columns, const CompatibilityRule& rule, std::size_t begin,
+                      std::span<float> out) {
+  HWY_DYNAMIC_DISPATCH(SumReliabilities)(columns, rule, begin, out.data(), out.size());
+}
+
+std::size_t FindSameLength(const ColumnView& columns, std::size_t a, std::size_t begin,
+                           float limit_m, float slack_m, std::uint32_t* found) {
+  return HWY_DYNAMIC_DISPATCH(FindSameLength)(columns, a, begin, limit_m + slack_m, found);
+}
+
+std::size_t FindAlongEdge(const ColumnView& columns, const EdgeAxes& edge, float limit_m,
+                          float slack_m, std::size_t bar, std::uint32_t* found) {
+  return HWY_DYNAMIC_DISPATCH(FindAlongEdge)(columns, edge, limit_m + slack_m, bar, found);
+}
+
+}  // namespace backsight
+#endif

@@ -1,0 +1,119 @@
+#include "core/voxel_index.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "core/neighbors.h"
+#include "core/random.h"
+
+namespace backsight {
+namespace {
+
+struct Cloud {
+  VoxelLattice lattice{.edge_m = 0.1, .origin = {0.03, -0.02, 0.01}};
+  std::vector<std::uint64_t> keys;
+  std::vector<Eigen::Vector3d> points;  // one in each voxel
+};
+
+/// Points on a few planes and at random, so that there are full and empty bricks.
+Cloud MakeCloud(std::uint64_t seed, int points) {
+  Random random(seed);
+  Cloud cloud;
+  std::map<std::uint64_t, Eigen::Vector3d> voxels;
+  for (int i = 0; i < points; ++i) {
+    Eigen::Vector3d p(random.Uniform(-2.0, 2.0), random.Uniform(-2.0, 2.0),
+                      random.Uniform(-1.0, 1.0));
+    if (i % 3 == 0) p.z() = 0.01 * random.Normal();
+    if (i % 3 == 1) p.x() = 1.0 + 0.01 * random.Normal();
+    voxels[cloud.lattice.Key(p)] = p;
+  }
+  for (const auto& [key, point] : voxels) {
+    cloud.keys.push_back(key);
+    cloud.points.push_back(point);
+  }
+  return cloud;
+}
+
+TEST(VoxelIndex, FindsEveryVoxelAndNothingElse) {
+  const Cloud cloud = MakeCloud(1, 4000);
+  const VoxelIndex index(cloud.lattice, cloud.keys);
+  for (std::size_t i = 0; i < cloud.keys.size(); ++i) {
+    EXPECT_EQ(index.Find(VoxelLattice::Unpack(cloud.keys[i])), i);
+  }
+  Random random(2);
+  for (int i = 0; i < 5000; ++i) {
+    const Eigen::Vector3i cell(static_cast<int>(random.Index(60)) - 30,
+                               static_cast<int>(random.Index(60)) - 30,
+                               static_cast<int>(random.Index(40)) - 20);
+    const bool is_there =
+        std::binary_search(cloud.keys.begin(), cloud.keys.end(), VoxelLattice::Pack(cell));
+    EXPECT_EQ(index.Find(cell).has_value(), is_there);
+  }
+}
+
+TEST(VoxelIndex, VisitsTheCellAndItsFaceNeighbours) {
+  const Cloud cloud = MakeCloud(3, 4000);
+  const VoxelIndex index(cloud.lattice, cloud.keys);
+  Random random(4);
+  for (int i = 0; i < 3000; ++i) {
+    const Eigen::Vector3d query(random.Uniform(-2.3, 2.3), random.Uniform(-2.3, 2.3),
+                                random.Uniform(-1.3, 1.3));
+    const Eigen::Vector3i cell = cloud.lattice.Cell(query);
+    std::vector<std::uint32_t> expected;
+    for (std::uint32_t k = 0; k < cloud.keys.size(); ++k) {
+      const Eigen::Vector3i step = VoxelLattice::Unpack(cloud.keys[k]) - cell;
+      if (step.cwiseAbs().sum() <= 1) expected.push_back(k);
+    }
+    std::vector<std::uint32_t> visited;
+    index.VisitAround(query, [&](std::uint32_t voxel) { visited.push_back(voxel); });
+    std::sort(visited.begin(), visited.end());
+    ASSERT_EQ(visited, expected);
+  }
+}
+
+TEST(VoxelIndex, NearestEqualsTheSearchTree) {
+  for (std::uint64_t seed = 10; seed < 14; ++seed) {
+    const Cloud cloud = MakeCloud(seed, 500 * static_cast<int>(seed - 9));
+    const VoxelIndex index(cloud.lattice, cloud.keys);
+    const NeighborSearch tree(cloud.points);
+    Random random(seed);
+    for (int i = 0; i < 3000; ++i) {
+      const Eigen::Vector3d query(random.Uniform(-2.5, 2.5), random.Uniform(-2.5, 2.5),
+                                  random.Uniform(-1.5, 1.5));
+      const double radius = random.Uniform(0.02, 0.45);
+      const auto expected = tree.Nearest(query, 2);
+      const auto nearest = index.Nearest(cloud.points, query, radius);
+      ASSERT_EQ(nearest.has_value(), expected[0].distance_m <= radius);
+      if (!nearest) continue;
+      EXPECT_EQ(nearest->voxel, expected[0].index);
+      EXPECT_DOUBLE_EQ(std::sqrt(nearest->squared_m2), expected[0].distance_m);
+      EXPECT_DOUBLE_EQ(std::sqrt(nearest->others_squared_m2),
+                       std::min(expected[1].distance_m, radius));
+    }
+  }
+}
+
+TEST(VoxelIndex, EqualDistancesGoToTheLowerVoxel) {
+  const VoxelLattice lattice{.edge_m = 1.0};
+  const std::vector<Eigen::Vector3d> points{{0.25, 0.5, 0.5}, {1.75, 0.5, 0.5}};
+  std::vector<std::uint64_t> keys{lattice.Key(points[0]), lattice.Key(points[1])};
+  const Eigen::Vector3d middle(1.0, 0.5, 0.5);
+  EXPECT_EQ(VoxelIndex(lattice, keys).Nearest(points, middle, 2.0)->voxel, 0U);
+  const std::vector<Eigen::Vector3d> swapped{points[1], points[0]};
+  std::swap(keys[0], keys[1]);
+  EXPECT_EQ(VoxelIndex(lattice, keys).Nearest(swapped, middle, 2.0)->voxel, 0U);
+}
+
+TEST(VoxelIndex, MayBeEmptyAndIsAskedAnywhere) {
+  const VoxelIndex empty({.edge_m = 0.1}, {});
+  EXPECT_FALSE(empty.Find({0, 0, 0}).has_value());
+  EXPECT_FALSE(empty.Nearest({}, Eigen::Vector3d::Zero(), 1.0).has_value());
+  EXPECT_FALSE(empty.Nearest({}, Eigen::Vector3d::Constant(1e9), 1.0).has_value());
+  empty.VisitAround(Eigen::Vector3d::Constant(-1e9), [](std::uint32_t) { FAIL(); });
+}
+
+}  // namespace
+}  // namespace backsight
