@@ -84,8 +84,8 @@ TEST(ReliabilityKernels, FindsAllOfTheSameLengthAndHardlyMore) {
       };
       ForEachInstructionSet([&](const char* name) {
         std::vector<std::uint32_t> found(c.size() + PairColumns::kPadding);
-        found.resize(FindSameLength(View(columns), a, a, static_cast<float>(kLimit),
-                                    Slack(columns), found.data()));
+        found.resize(FindSameLength(View(columns), a, a, static_cast<float>(kLimit), Slack(columns),
+                                    found.data()));
         EXPECT_TRUE(std::is_sorted(found.begin(), found.end()));
         for (std::uint32_t b = static_cast<std::uint32_t>(a); b < c.size(); ++b) {
           const bool is_found = std::binary_search(found.begin(), found.end(), b);

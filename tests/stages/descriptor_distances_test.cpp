@@ -35,9 +35,9 @@ std::vector<FpfhDescriptor> FineDescriptors(std::uint64_t seed, std::size_t coun
 }
 
 /// Every distance, sorted with its index.
-std::vector<std::vector<std::uint32_t>> ReferenceNearest(
-    const std::vector<FpfhDescriptor>& queries, const std::vector<FpfhDescriptor>& others,
-    std::size_t k) {
+std::vector<std::vector<std::uint32_t>> ReferenceNearest(const std::vector<FpfhDescriptor>& queries,
+                                                         const std::vector<FpfhDescriptor>& others,
+                                                         std::size_t k) {
   std::vector<std::vector<std::uint32_t>> nearest;
   for (const FpfhDescriptor& query : queries) {
     std::vector<std::pair<double, std::uint32_t>> all;

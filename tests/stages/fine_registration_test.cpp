@@ -26,8 +26,8 @@ struct PairOfScans {
 
   FineResult Refine(const RigidTransform& start, const FineOptions& options) const {
     return RefinePair(
-        {source.surface(), target.surface(), target.index.search, start, CoarseInformation(), {}},
-        options, ExecutionContext(1, 0, nullptr));
+        {source.surface(), target.surface(), target.index, start, CoarseInformation(), {}}, options,
+        ExecutionContext(1, 0, nullptr));
   }
 
   HallScene scene;
