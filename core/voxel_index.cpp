@@ -127,9 +127,8 @@ class VoxelIndex::Search {
   void Offer(std::uint32_t voxel) {
     const double squared = (query_ - points_[voxel]).squaredNorm();
     if (found_ && voxel == best_.voxel) return;  // the query's own cell comes twice
-    const bool closer =
-        squared < best_.squared_m2 ||
-        (squared == best_.squared_m2 && (!found_ || voxel < best_.voxel));
+    const bool closer = squared < best_.squared_m2 ||
+                        (squared == best_.squared_m2 && (!found_ || voxel < best_.voxel));
     if (closer) {
       if (found_) best_.others_squared_m2 = best_.squared_m2;
       best_.voxel = voxel;

@@ -12,10 +12,10 @@
 
 namespace backsight {
 
-/// Occupied voxels of a lattice by position: bricks of 8 x 8 x 8 cells as bit masks in a hash table,
-/// so that a look-up costs a few instructions and what is near lies near. Voxels are known by their
-/// place in the list of keys. Memory: 4 bytes per voxel and about 160 per brick. Queries are
-/// thread-safe.
+/// Occupied voxels of a lattice by position: bricks of 8 x 8 x 8 cells as bit masks in a hash
+/// table, so that a look-up costs a few instructions and what is near lies near. Voxels are known
+/// by their place in the list of keys. Memory: 4 bytes per voxel and about 160 per brick. Queries
+/// are thread-safe.
 class VoxelIndex {
  public:
   /// `keys` are distinct and packed as VoxelLattice::Pack does. O(n log n).

@@ -77,10 +77,9 @@ void EdgeEvaluator::CollectRows(std::uint32_t i, const Edge& edge, int bar) {
   rows_.clear();
   const Eigen::Vector3f q = edge.source_axis.cast<float>();
   const Eigen::Vector3f p = edge.target_axis.cast<float>();
-  const std::size_t count =
-      FindAlongEdge(View(columns_), {i, q.x(), q.y(), q.z(), p.x(), p.y(), p.z()},
-                    static_cast<float>(limit_m_), Slack(columns_),
-                    static_cast<std::size_t>(std::max(bar, 0)), found_.data());
+  const std::size_t count = FindAlongEdge(
+      View(columns_), {i, q.x(), q.y(), q.z(), p.x(), p.y(), p.z()}, static_cast<float>(limit_m_),
+      Slack(columns_), static_cast<std::size_t>(std::max(bar, 0)), found_.data());
   for (const std::uint32_t k : std::span(found_).first(count)) {
     const Eigen::Vector3d s = c_.source[k] - edge.source;
     const Eigen::Vector3d m = c_.target[k] - edge.target;
@@ -112,8 +111,7 @@ bool EdgeEvaluator::CanMeet(const Candidate& k) const {
   const double rest = quick * quick + k.along * k.along;
   // Far from the limit the digits that hypot adds do not matter, and it takes its time.
   if (std::abs(rest - limit2) > 1e-6 * limit2) return rest <= limit2;
-  const double exact =
-      std::hypot(k.source_u, k.source_v) - std::hypot(k.target_u, k.target_v);
+  const double exact = std::hypot(k.source_u, k.source_v) - std::hypot(k.target_u, k.target_v);
   return exact * exact + k.along * k.along <= limit2;
 }
 
@@ -127,8 +125,7 @@ void EdgeEvaluator::CollectCandidates(const Edge& edge) {
   for (const std::uint32_t k : rows_) {
     const Eigen::Vector3d m = align * (c_.source[k] - edge.source) + edge.middle_shift;
     const Eigen::Vector3d q = c_.target[k] - edge.target;
-    Candidate candidate{k,        m.dot(u), m.dot(v), q.dot(u),
-                        q.dot(v), q.dot(axis) - m.dot(axis)};
+    Candidate candidate{k, m.dot(u), m.dot(v), q.dot(u), q.dot(v), q.dot(axis) - m.dot(axis)};
     if (!CanMeet(candidate)) continue;
     PlaceInSectors(&candidate);
     candidates_.push_back(candidate);
@@ -155,8 +152,7 @@ EdgeHypothesis EdgeEvaluator::Tight(const Edge& edge) {
       continue;
     }
     const double half_width = std::acos(std::min(kappa, 1.0));
-    const double center =
-        std::atan2(k.target_v, k.target_u) - std::atan2(k.source_v, k.source_u);
+    const double center = std::atan2(k.target_v, k.target_u) - std::atan2(k.source_v, k.source_u);
     intervals_.push_back({center - half_width, center + half_width, keypoint});
   }
 

@@ -8,8 +8,8 @@
 namespace backsight {
 
 /// Correspondences as one float column per coordinate, each cloud about its own centroid: what the
-/// kernels of RGN and RGE read. Metres. Columns end in kPadding NaN, so that a kernel may read whole
-/// vectors beyond the last row; a NaN agrees with nothing.
+/// kernels of RGN and RGE read. Metres. Columns end in kPadding NaN, so that a kernel may read
+/// whole vectors beyond the last row; a NaN agrees with nothing.
 struct PairColumns {
   static constexpr std::size_t kPadding = 16;
 

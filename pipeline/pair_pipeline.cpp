@@ -71,8 +71,7 @@ struct PairClouds {
     few.normal_sigma_m = 0.1 * target.model.resolution_m();
     few.sample = 2000;
     few.max_iterations = 6;
-    return RefineOnSurfaces(source, target, target_index, target_from_source,
-                            Matrix6d::Zero(), few)
+    return RefineOnSurfaces(source, target, target_index, target_from_source, Matrix6d::Zero(), few)
         .target_from_source;
   }
 
@@ -93,12 +92,9 @@ PairCandidate MakeCandidate(const PairClouds& clouds, CoarseCandidate coarse,
                             std::optional<int> consensus, int consensus_null,
                             const SurveyOptions& options, const ExecutionContext& context) {
   PairCandidate candidate;
-  const FineInput fine_input{clouds.source,
-                             clouds.target,
-                             clouds.target_index,
-                             coarse.target_from_source,
-                             coarse.information,
-                             std::move(structure_points)};
+  const FineInput fine_input{clouds.source,       clouds.target,
+                             clouds.target_index, coarse.target_from_source,
+                             coarse.information,  std::move(structure_points)};
   candidate.fine = RefinePair(fine_input, options.fine, context);
   candidate.verification =
       VerifyPair({clouds.source, clouds.target, clouds.source_index, clouds.target_index,

@@ -39,7 +39,7 @@ struct PointFit {
 };
 
 PointFit FitPoint(const Surface& reference, const CloudIndex& index, const Eigen::Vector3d& point,
-             const Eigen::Vector3f& normal, double tolerance_m) {
+                  const Eigen::Vector3f& normal, double tolerance_m) {
   PointFit fit;
   index.voxels.VisitAround(point, [&](std::uint32_t leaf) {
     const Eigen::Vector3f& n = reference.normals[leaf];
@@ -92,8 +92,7 @@ class Comparison {
     for (std::uint32_t k = sample_.begins[block]; k < sample_.begins[block + 1]; ++k) {
       const LooseLeaf leaf{motion_ * sample_.points[k],
                            rotation_ * moved_.normals[sample_.leaves[k]]};
-      const PointFit fit =
-          FitPoint(reference_, index_, leaf.point, leaf.normal, tolerance_m_);
+      const PointFit fit = FitPoint(reference_, index_, leaf.point, leaf.normal, tolerance_m_);
       counts.score += fit.score;
       counts.met += fit.met ? 1 : 0;
       if (!fit.met) loose_.push_back(leaf);
@@ -107,10 +106,10 @@ class Comparison {
     counts->agrees = counts->met;
     auto left = static_cast<int>(loose_.size());
     for (const LooseLeaf& leaf : loose_) {
-      const bool may_be_seen_through = counts->through + left >= kFewestSeenThrough &&
-                                       counts->through + left > counts->agrees;
-      const bool agrees_or_never_will = counts->agrees >= kFewestSeenThrough ||
-                                        counts->agrees + left < kFewestSeenThrough;
+      const bool may_be_seen_through =
+          counts->through + left >= kFewestSeenThrough && counts->through + left > counts->agrees;
+      const bool agrees_or_never_will =
+          counts->agrees >= kFewestSeenThrough || counts->agrees + left < kFewestSeenThrough;
       if (!may_be_seen_through && agrees_or_never_will) return;
       const Sight sight = LookAt(reference_.model, leaf.point, leaf.normal);
       counts->agrees += sight == Sight::kAgrees ? 1 : 0;

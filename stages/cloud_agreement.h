@@ -15,9 +15,9 @@ namespace backsight {
 /// lattice), gathered in groups (cubes of 4 blocks). Blocks decide together, so that single leaves
 /// do not; groups are about as large as objects, and what is seen of one object is one observation.
 struct CloudSample {
-  std::vector<std::uint32_t> leaves;  ///< leaf indices, block after block
-  std::vector<std::uint32_t> begins;  ///< of each block in `leaves`, and the end of the last
-  std::vector<std::uint32_t> groups;  ///< of each block, ascending from 0
+  std::vector<std::uint32_t> leaves;    ///< leaf indices, block after block
+  std::vector<std::uint32_t> begins;    ///< of each block in `leaves`, and the end of the last
+  std::vector<std::uint32_t> groups;    ///< of each block, ascending from 0
   std::vector<Eigen::Vector3d> points;  ///< means of the leaves, in their order
 
   std::size_t blocks() const { return groups.size(); }

@@ -61,7 +61,8 @@ struct CoarseInput {
   /// How well a motion lays the clouds themselves on each other, larger is better, 0 and less is
   /// worthless; decides between the hypotheses. Without it the correspondences alone decide.
   std::function<double(const RigidTransform&)> cloud_score;
-  /// No less than cloud_score, in less time: motions that it rules out are not scored. May be absent.
+  /// No less than cloud_score, in less time: motions that it rules out are not scored. May be
+  /// absent.
   std::function<double(const RigidTransform&)> cloud_score_bound;
   /// cloud_score from more of the clouds, for the few that remain.
   std::function<double(const RigidTransform&)> full_cloud_score;

@@ -32,8 +32,8 @@ struct DescriptorNeighbor {
 };
 
 /// The k nearest of the other side for every row and every column, ascending, equal distances by
-/// index; places beyond the other side's number hold infinity. Squared distances are |a|^2 + |b|^2 -
-/// 2 a.b with the product summed bin by bin: the same bits with every instruction set. Most
+/// index; places beyond the other side's number hold infinity. Squared distances are |a|^2 + |b|^2
+/// - 2 a.b with the product summed bin by bin: the same bits with every instruction set. Most
 /// distances are only compared, a vector at a time, with the k-th so far. Time O(rows * columns).
 void FindNearestDescriptors(const DescriptorRows& rows, const DescriptorColumns& columns,
                             std::size_t k, std::span<DescriptorNeighbor> of_rows,

@@ -45,14 +45,15 @@ std::vector<DescriptorMatch> MatchDescriptors(std::span<const FpfhDescriptor> so
   const auto k = static_cast<std::size_t>(options.neighbors);
   std::vector<DescriptorNeighbor> of_source(k * source.size());
   std::vector<DescriptorNeighbor> of_target(k * target.size());
-  FindNearestDescriptors({a.data(), a2.data(), source.size()},
-                         {b_columns.data(), b2.data(), target.size(),
-                          static_cast<std::size_t>(b_columns.cols())},
-                         k, of_source, of_target);
+  FindNearestDescriptors(
+      {a.data(), a2.data(), source.size()},
+      {b_columns.data(), b2.data(), target.size(), static_cast<std::size_t>(b_columns.cols())}, k,
+      of_source, of_target);
 
   std::vector<DescriptorMatch> matches;
   for (std::uint32_t s = 0; s < source.size(); ++s) {
-    for (const auto& [distance, t] : std::span(of_source).subspan(k * s, std::min(k, target.size()))) {
+    for (const auto& [distance, t] :
+         std::span(of_source).subspan(k * s, std::min(k, target.size()))) {
       const auto back = std::span(of_target).subspan(k * t, std::min(k, source.size()));
       const bool mutual = std::any_of(back.begin(), back.end(),
                                       [&](const DescriptorNeighbor& n) { return n.index == s; });

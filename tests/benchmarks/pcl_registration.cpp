@@ -20,8 +20,8 @@ using Signatures = pcl::PointCloud<pcl::FPFHSignature33>;
 Points::Ptr MakePoints(std::span<const Eigen::Vector3d> points) {
   auto cloud = std::make_shared<Points>();
   for (const Eigen::Vector3d& p : points) {
-    cloud->push_back({static_cast<float>(p.x()), static_cast<float>(p.y()),
-                      static_cast<float>(p.z())});
+    cloud->push_back(
+        {static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z())});
   }
   return cloud;
 }

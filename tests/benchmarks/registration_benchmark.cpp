@@ -59,8 +59,8 @@ Correspondences Reliable(const Correspondences& c, const ExecutionContext& conte
 }
 
 std::vector<EdgeHypothesis> Hypotheses(const Correspondences& c, const ExecutionContext& context) {
-  return FindEdgeHypotheses(
-      c, {.resolution_m = kResolution, .edges_per_node = 2, .hypotheses = 40}, context);
+  return FindEdgeHypotheses(c, {.resolution_m = kResolution, .edges_per_node = 2, .hypotheses = 40},
+                            context);
 }
 
 Correspondences Inliers(const Correspondences& c, const RigidTransform& motion) {
@@ -87,8 +87,7 @@ struct Facade {
       p.reliable = Reliable(p.rows, context);
       const auto hypotheses = Hypotheses(p.reliable, context);
       if (hypotheses.empty()) continue;
-      p.coarse =
-          RefineOnInliers(p.rows, hypotheses[0].target_from_source, 3.0 * kResolution);
+      p.coarse = RefineOnInliers(p.rows, hypotheses[0].target_from_source, 3.0 * kResolution);
       p.inliers = Inliers(p.rows, p.coarse);
       pairs.push_back(std::move(p));
     }
@@ -124,9 +123,9 @@ void OverPairs(benchmark::State& state, Body body) {
 
 FineResult Fine(const FacadePair& p, const RigidTransform& motion, const Matrix6d& information,
                 const ExecutionContext& context) {
-  return RefinePair({p.source->surface(), p.target->surface(), *p.target->index, motion,
-                     information, {}},
-                    {}, context);
+  return RefinePair(
+      {p.source->surface(), p.target->surface(), *p.target->index, motion, information, {}}, {},
+      context);
 }
 
 /// From correspondences to the refined motion: RGN, RGE, GNC and FR.
@@ -228,8 +227,11 @@ void BM_FineWithoutSurfaces(benchmark::State& state) {
   FineOptions options;
   options.surfaces = false;
   OverPairs(state, [&](const FacadePair& p) {
-    benchmark::DoNotOptimize(RefinePair({p.source->surface(), p.target->surface(),
-                                         *p.target->index, p.coarse, Matrix6d::Identity() * 1e4,
+    benchmark::DoNotOptimize(RefinePair({p.source->surface(),
+                                         p.target->surface(),
+                                         *p.target->index,
+                                         p.coarse,
+                                         Matrix6d::Identity() * 1e4,
                                          {}},
                                         options, context));
   });
@@ -237,8 +239,8 @@ void BM_FineWithoutSurfaces(benchmark::State& state) {
 
 void BM_GicpPcl(benchmark::State& state) {
   OverPairs(state, [](const FacadePair& p) {
-    benchmark::DoNotOptimize(PclGicp(p.source->index->means, p.target->index->means, p.coarse,
-                                     2.0 * kResolution));
+    benchmark::DoNotOptimize(
+        PclGicp(p.source->index->means, p.target->index->means, p.coarse, 2.0 * kResolution));
   });
 }
 
@@ -257,10 +259,10 @@ void BM_RowsToMotion(benchmark::State& state) {
 
 void BM_PrerejectivePcl(benchmark::State& state) {
   OverPairs(state, [](const FacadePair& p) {
-    benchmark::DoNotOptimize(PclPrerejective(
-        KeypointPositions(p.source->model, p.source->features), p.source->features.descriptors,
-        KeypointPositions(p.target->model, p.target->features), p.target->features.descriptors,
-        kResolution));
+    benchmark::DoNotOptimize(PclPrerejective(KeypointPositions(p.source->model, p.source->features),
+                                             p.source->features.descriptors,
+                                             KeypointPositions(p.target->model, p.target->features),
+                                             p.target->features.descriptors, kResolution));
   });
 }
 
@@ -314,8 +316,7 @@ void BM_RowsToMotion22k(benchmark::State& state) {
     gnc = Estimate(Inliers(c, motion), motion);
   }
   state.counters["error_mm"] =
-      1e3 *
-      (gnc.target_from_source.translation - Rows22k().target_from_source.translation).norm();
+      1e3 * (gnc.target_from_source.translation - Rows22k().target_from_source.translation).norm();
 }
 
 BENCHMARK(BM_Matching)->UseManualTime()->Iterations(42)->Unit(benchmark::kMillisecond);
@@ -326,10 +327,7 @@ BENCHMARK(BM_Rgn)->Arg(1)->Arg(0)->UseManualTime()->Iterations(84)->Unit(benchma
 BENCHMARK(BM_Rge)->Arg(1)->Arg(0)->UseManualTime()->Iterations(84)->Unit(benchmark::kMillisecond);
 BENCHMARK(BM_Gnc)->UseManualTime()->Iterations(84)->Unit(benchmark::kMillisecond);
 BENCHMARK(BM_Fine)->UseManualTime()->Iterations(84)->Unit(benchmark::kMillisecond);
-BENCHMARK(BM_FineWithoutSurfaces)
-    ->UseManualTime()
-    ->Iterations(84)
-    ->Unit(benchmark::kMillisecond);
+BENCHMARK(BM_FineWithoutSurfaces)->UseManualTime()->Iterations(84)->Unit(benchmark::kMillisecond);
 BENCHMARK(BM_GicpPcl)->UseManualTime()->Iterations(5)->Unit(benchmark::kMillisecond);
 BENCHMARK(BM_PointToPlanePcl)->UseManualTime()->Iterations(5)->Unit(benchmark::kMillisecond);
 BENCHMARK(BM_RowsToMotion)
@@ -362,8 +360,10 @@ class RatioReporter : public benchmark::ConsoleReporter {
   }
   void PrintRatios() const {
     const std::vector<std::pair<std::string, std::string>> peers = {
-        {"BM_MatchingPcl", "BM_Matching"},      {"BM_Matching8kPcl", "BM_Matching8k"},
-        {"BM_PrerejectivePcl", "BM_RowsToMotion"}, {"BM_GicpPcl", "BM_Fine"},
+        {"BM_MatchingPcl", "BM_Matching"},
+        {"BM_Matching8kPcl", "BM_Matching8k"},
+        {"BM_PrerejectivePcl", "BM_RowsToMotion"},
+        {"BM_GicpPcl", "BM_Fine"},
         {"BM_PointToPlanePcl", "BM_Fine"}};
     for (const auto& [theirs, ours] : peers) {
       if (!times_.contains(theirs) || !times_.contains(ours)) continue;

@@ -21,8 +21,7 @@ EdgeHypothesis Reference(const Correspondences& c, std::uint32_t i, std::uint32_
   const Eigen::Vector3d axis = (c.target[j] - c.target[i]).normalized();
   const Eigen::Vector3d shift =
       0.5 * ((c.target[j] - c.target[i]) - (c.source[j] - c.source[i]).norm() * axis);
-  const Eigen::Matrix3d align =
-      Eigen::Quaterniond::FromTwoVectors(axis_q, axis).toRotationMatrix();
+  const Eigen::Matrix3d align = Eigen::Quaterniond::FromTwoVectors(axis_q, axis).toRotationMatrix();
   const Eigen::Vector3d u = axis.unitOrthogonal();
   const Eigen::Vector3d v = axis.cross(u);
   std::vector<AngleInterval> intervals;
@@ -112,10 +111,10 @@ TEST(EdgeEvaluator, EqualsTheSearchWithoutBounds) {
 TEST(EdgeEvaluator, UprightCountsDistinctPointsUnderTheBearing) {
   for (std::uint64_t seed = 20; seed < 24; ++seed) {
     auto matches = MakeMatches(seed, {.inliers = 30, .outliers = 100, .noise_m = 0.02});
-    const RigidTransform level{Eigen::AngleAxisd(1.0 + static_cast<double>(seed),
-                                                 Eigen::Vector3d::UnitZ())
-                                   .toRotationMatrix(),
-                               Eigen::Vector3d(3.0, -2.0, 0.5)};
+    const RigidTransform level{
+        Eigen::AngleAxisd(1.0 + static_cast<double>(seed), Eigen::Vector3d::UnitZ())
+            .toRotationMatrix(),
+        Eigen::Vector3d(3.0, -2.0, 0.5)};
     for (const std::uint32_t row : matches.inlier_rows) {
       matches.c.target[row] = level * matches.c.source[row];
     }

@@ -1,3 +1,5 @@
+#include "graph/interval_stabbing.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -5,7 +7,6 @@
 #include <set>
 
 #include "core/random.h"
-#include "graph/interval_stabbing.h"
 
 namespace backsight {
 namespace {

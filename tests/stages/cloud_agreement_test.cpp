@@ -60,8 +60,7 @@ class CloudAgreementTest : public testing::Test {
 };
 
 TEST_F(CloudAgreementTest, EqualsTheComparisonOfEveryLeaf) {
-  const RigidTransform truth =
-      first_.world_from_station.Inverse() * second_.world_from_station;
+  const RigidTransform truth = first_.world_from_station.Inverse() * second_.world_from_station;
   const Surface moved = second_.surface();
   const Surface reference = first_.surface();
   std::map<std::uint64_t, std::size_t> leaf_of;
@@ -76,8 +75,8 @@ TEST_F(CloudAgreementTest, EqualsTheComparisonOfEveryLeaf) {
     RigidTransform motion = truth;
     if (trial > 0) {
       motion.rotation = ExpSo3({0.0, 0.0, 0.05 * trial * random.Normal()}) * motion.rotation;
-      motion.translation += 0.2 * trial *
-                            Eigen::Vector3d(random.Normal(), random.Normal(), random.Normal());
+      motion.translation +=
+          0.2 * trial * Eigen::Vector3d(random.Normal(), random.Normal(), random.Normal());
     }
     double score = 0.0, part = 0.0, whole = 0.0;
     int met = 0, through = 0, in_view = 0;

@@ -105,8 +105,8 @@ TEST(MotionPool, WorthlessMotionsMayBeMissingAfterTheRough) {
 }
 
 TEST(MotionPool, LeavesOutWhatTilts) {
-  MotionPool pool(
-      Eigen::Vector3d::Zero(), 1.0, 0.01, [](const RigidTransform&) { return 1.0; }, {});
+  MotionPool pool(Eigen::Vector3d::Zero(), 1.0, 0.01, [](const RigidTransform&) { return 1.0; },
+                  {});
   pool.Add({ExpSo3({0.1, 0.0, 0.0}), Eigen::Vector3d::Zero()});
   EXPECT_TRUE(pool.empty());
   EXPECT_TRUE(pool.Best().empty());
