@@ -2,10 +2,11 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <compare>
 #include <functional>
 #include <iterator>
+#include <numeric>
 
 #include "core/voxel_grid.h"
 
@@ -40,7 +41,6 @@ Fit FitPlane(const PointCluster& cluster) {
 struct StationPart {
   int station = 0;
   int clusters = 0;
-  PointCluster local = {};
   PointCluster world = {};
 };
 
@@ -53,29 +53,37 @@ class Splitter {
   void Split(std::span<Item> items, const Eigen::Vector3d& center, double edge, int depth) {
     std::vector<StationPart> parts = GatherParts(items);
     std::erase_if(parts, [&](const StationPart& part) { return !HasEnough(part); });
-    if (parts.size() < 2 || Accept(parts, PlaneCell(center, options_.root_edge_m, depth)) ||
+    if (parts.size() < 2 || Accept(parts, items, PlaneCell(center, options_.root_edge_m, depth)) ||
         depth == options_.max_depth) {
       return;
     }
 
-    const auto octant = [&](const Item& item) {
-      const Eigen::Vector3d d = item.world.mean - center;
-      return (d.x() >= 0.0 ? 4 : 0) + (d.y() >= 0.0 ? 2 : 0) + (d.z() >= 0.0 ? 1 : 0);
-    };
-    std::stable_sort(items.begin(), items.end(),
-                     [&](const Item& a, const Item& b) { return octant(a) < octant(b); });
-    for (std::size_t begin = 0; begin < items.size();) {
-      const int o = octant(items[begin]);
-      std::size_t end = begin + 1;
-      while (end < items.size() && octant(items[end]) == o) ++end;
-      const Eigen::Vector3d sign((o & 4) != 0 ? 1 : -1, (o & 2) != 0 ? 1 : -1,
-                                 (o & 1) != 0 ? 1 : -1);
-      Split(items.subspan(begin, end - begin), center + 0.25 * edge * sign, 0.5 * edge, depth + 1);
-      begin = end;
+    const std::array<std::size_t, 9> begins = SortByOctant(items, center);
+    for (std::size_t o = 0; o < 8; ++o) {
+      if (begins[o] == begins[o + 1]) continue;
+      const Eigen::Vector3d sign((o & 4U) != 0 ? 1 : -1, (o & 2U) != 0 ? 1 : -1,
+                                 (o & 1U) != 0 ? 1 : -1);
+      Split(items.subspan(begins[o], begins[o + 1] - begins[o]), center + 0.25 * edge * sign,
+            0.5 * edge, depth + 1);
     }
   }
 
  private:
+  /// Where each octant begins, and the end. Within an octant the order stays.
+  std::array<std::size_t, 9> SortByOctant(std::span<Item> items, const Eigen::Vector3d& center) {
+    const auto octant = [&](const Item& item) {
+      const Eigen::Vector3d d = item.world.mean - center;
+      return (d.x() >= 0.0 ? 4U : 0U) + (d.y() >= 0.0 ? 2U : 0U) + (d.z() >= 0.0 ? 1U : 0U);
+    };
+    std::array<std::size_t, 9> begins{};
+    for (const Item& item : items) ++begins[octant(item) + 1];
+    std::partial_sum(begins.begin(), begins.end(), begins.begin());
+    std::array<std::size_t, 9> next = begins;
+    scratch_.assign(items.begin(), items.end());
+    for (const Item& item : scratch_) items[next[octant(item)]++] = item;
+    return begins;
+  }
+
   bool HasEnough(const StationPart& part) const {
     return part.world.count >= options_.min_points || part.clusters >= options_.min_clusters;
   }
@@ -87,10 +95,17 @@ class Splitter {
         parts.push_back({.station = item.station});
       }
       ++parts.back().clusters;
-      parts.back().local += *item.local;
       parts.back().world += item.world;
     }
     return parts;
+  }
+
+  static PointCluster LocalSum(std::span<const Item> items, int station) {
+    PointCluster sum;
+    for (const Item& item : items) {
+      if (item.station == station) sum += *item.local;
+    }
+    return sum;
   }
 
   bool IsPlanar(const Fit& fit) const {
@@ -111,7 +126,7 @@ class Splitter {
   }
 
   /// Records the plane if at least two stations see one plane here and agree on it.
-  bool Accept(std::vector<StationPart> parts, std::uint64_t cell) {
+  bool Accept(std::vector<StationPart> parts, std::span<const Item> items, std::uint64_t cell) {
     std::erase_if(parts, [&](const StationPart& part) { return !IsPlanar(FitPlane(part.world)); });
     while (parts.size() >= 2) {
       PointCluster joint;
@@ -130,8 +145,9 @@ class Splitter {
       }
       PlaneAssociation plane;
       plane.cell = cell;
-      for (const StationPart& part : parts)
-        plane.observations.push_back({part.station, part.local});
+      for (const StationPart& part : parts) {
+        plane.observations.push_back({part.station, LocalSum(items, part.station)});
+      }
       planes_->push_back(std::move(plane));
       return true;
     }
@@ -140,6 +156,7 @@ class Splitter {
 
   const PlaneSearchOptions& options_;
   std::vector<PlaneAssociation>* planes_;
+  std::vector<Item> scratch_;
 };
 
 /// A cluster's place among all, as light as it can be: there may be hundreds of millions.
@@ -147,7 +164,6 @@ struct Entry {
   std::uint64_t root_key;
   std::uint32_t station;
   std::uint32_t cluster;
-  auto operator<=>(const Entry&) const = default;
 };
 
 void ForEach(const ExecutionContext* context, std::size_t n,
@@ -219,22 +235,41 @@ class Association {
     return common;
   }
 
+  /// The clusters in common cells, cell by cell, by station and cluster.
   std::vector<Entry> CommonEntries(const std::vector<std::uint64_t>& common) const {
-    std::vector<std::vector<Entry>> of_station(clusters_.size());
+    struct Found {
+      std::uint32_t cell;
+      std::uint32_t cluster;
+    };
+    std::vector<std::vector<Found>> of_station(clusters_.size());
     ForEach(context_, clusters_.size(), [&](std::size_t s) {
+      auto place = common.end();
+      std::uint64_t last = 0;
       for (std::size_t i = 0; i < clusters_[s].size(); ++i) {
         const std::uint64_t key = RootKey(s, i);
-        if (!std::binary_search(common.begin(), common.end(), key)) continue;
+        // Clusters come by their voxels, so that many follow one of their own cell.
+        if (i == 0 || key != last) {
+          last = key;
+          place = std::lower_bound(common.begin(), common.end(), key);
+        }
+        if (place == common.end() || *place != key) continue;
         of_station[s].push_back(
-            {key, static_cast<std::uint32_t>(s), static_cast<std::uint32_t>(i)});
+            {static_cast<std::uint32_t>(place - common.begin()), static_cast<std::uint32_t>(i)});
       }
     });
-    std::vector<Entry> entries;
-    for (auto& part : of_station) {
-      entries.insert(entries.end(), part.begin(), part.end());
-      part = {};
+    std::vector<std::size_t> next(common.size() + 1, 0);
+    for (const auto& part : of_station) {
+      for (const Found& found : part) ++next[found.cell + 1];
     }
-    std::sort(entries.begin(), entries.end());
+    std::partial_sum(next.begin(), next.end(), next.begin());
+    std::vector<Entry> entries(next.back());
+    for (std::size_t s = 0; s < of_station.size(); ++s) {
+      for (const Found& found : of_station[s]) {
+        entries[next[found.cell]++] = {common[found.cell], static_cast<std::uint32_t>(s),
+                                       found.cluster};
+      }
+      of_station[s] = {};
+    }
     return entries;
   }
 

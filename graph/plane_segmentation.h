@@ -59,7 +59,7 @@ struct PlaneSearchOptions {
 /// `clusters[s]` are station s's voxel clusters in its own frame, `poses[s]` its
 /// world_from_station; a cluster belongs to the cell its mean lies in. Planes come in the order of
 /// their lattice cells; the world lattice passes through the world's origin. `context` (may be
-/// null: one thread) changes the time only. Time O(clusters * depth). Memory: 16 bytes for each
+/// null: one thread) changes the time only. Time O(clusters * depth). Memory: 24 bytes for each
 /// cluster in a root cell that two or more stations see, and the planes found; the clusters
 /// themselves are moved to the world one cell at a time.
 std::vector<PlaneAssociation> FindPlanes(std::span<const ClusterList> clusters,

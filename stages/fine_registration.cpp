@@ -13,15 +13,8 @@
 namespace backsight {
 namespace {
 
-std::vector<PointCluster> Clusters(const StationModel& model) {
-  std::vector<PointCluster> clusters;
-  clusters.reserve(model.leaves.size());
-  for (const VoxelLeaf& leaf : model.leaves) clusters.push_back(leaf.cluster);
-  return clusters;
-}
-
-/// Keeps what lies within `radius_m` of a structure point, by cells of that size.
-std::vector<PointCluster> NearStructures(std::vector<PointCluster> clusters,
+/// The clusters that lie within `radius_m` of a structure point, by cells of that size.
+std::vector<PointCluster> NearStructures(const StationModel& model,
                                          const RigidTransform& target_from_clusters,
                                          const std::vector<Eigen::Vector3d>& structure_points,
                                          double radius_m) {
@@ -35,10 +28,11 @@ std::vector<PointCluster> NearStructures(std::vector<PointCluster> clusters,
     }
   }
   std::sort(active.begin(), active.end());
-  std::erase_if(clusters, [&](const PointCluster& cluster) {
-    return !std::binary_search(active.begin(), active.end(),
-                               lattice.Key(target_from_clusters * cluster.mean));
-  });
+  std::vector<PointCluster> clusters;
+  for (const VoxelLeaf& leaf : model.leaves) {
+    const std::uint64_t key = lattice.Key(target_from_clusters * leaf.cluster.mean);
+    if (std::binary_search(active.begin(), active.end(), key)) clusters.push_back(leaf.cluster);
+  }
   return clusters;
 }
 
@@ -132,16 +126,16 @@ struct PlaneRounds {
 PlaneRounds AdjustOnPlanes(const FineInput& input, const FineOptions& options,
                            const ExecutionContext& context, FineResult* result) {
   const double l = input.target.model.resolution_m();
-  std::vector<PointCluster> target_clusters = Clusters(input.target.model);
-  std::vector<PointCluster> source_clusters = Clusters(input.source.model);
+  std::vector<PointCluster> target_clusters;
+  std::vector<PointCluster> source_clusters;
+  std::vector<ClusterList> clusters{input.target.model.leaves, input.source.model.leaves};
   if (options.activation == 1) {
     const double radius_m = options.micro_radius * l;
-    target_clusters =
-        NearStructures(std::move(target_clusters), {}, input.structure_points, radius_m);
-    source_clusters = NearStructures(std::move(source_clusters), input.target_from_source,
+    target_clusters = NearStructures(input.target.model, {}, input.structure_points, radius_m);
+    source_clusters = NearStructures(input.source.model, input.target_from_source,
                                      input.structure_points, radius_m);
+    clusters = {target_clusters, source_clusters};
   }
-  const std::vector<const std::vector<PointCluster>*> clusters{&target_clusters, &source_clusters};
   const std::vector<PosePrior> priors{{1, input.target_from_source, input.information}};
   // Cells along the walls hold whole walls; cells across them hold corners, which pull on planes.
   const RigidTransform lattice{FindDominantFrame(input.target.normals).frame_from_cloud,

@@ -64,7 +64,7 @@ TEST(ReliabilityKernels, SumsAreTheSameBitsWithEveryInstructionSet) {
         expected.push_back(ReferenceReliability(View(columns), rule, a));
       }
       ASSERT_GT(*std::max_element(expected.begin(), expected.end()), 1.0F);
-      ForEachInstructionSet([&](const char* name) {
+      ForEachInstructionSet([&](const std::string& name) {
         std::vector<float> sums(c.size() - 3);
         SumReliabilities(View(columns), rule, 3, sums);
         EXPECT_TRUE(std::equal(sums.begin(), sums.end(), expected.begin() + 3)) << name;
@@ -82,7 +82,7 @@ TEST(ReliabilityKernels, FindsAllOfTheSameLengthAndHardlyMore) {
       const auto x = [&](std::size_t b) {
         return std::abs((c.source[b] - c.source[a]).norm() - (c.target[b] - c.target[a]).norm());
       };
-      ForEachInstructionSet([&](const char* name) {
+      ForEachInstructionSet([&](const std::string& name) {
         std::vector<std::uint32_t> found(c.size() + PairColumns::kPadding);
         found.resize(FindSameLength(View(columns), a, a, static_cast<float>(kLimit), Slack(columns),
                                     found.data()));
@@ -120,7 +120,7 @@ TEST(ReliabilityKernels, FindsAllAlongAnEdgeUnlessTheyAreTooFew) {
       }
     }
     ASSERT_GE(wanted.size(), 40U);
-    ForEachInstructionSet([&](const char* name) {
+    ForEachInstructionSet([&](const std::string& name) {
       std::vector<std::uint32_t> found(c.size() + PairColumns::kPadding);
       const auto find = [&](std::size_t bar) {
         return FindAlongEdge(View(columns), edge, static_cast<float>(kLimit), Slack(columns), bar,

@@ -75,7 +75,7 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> ReferenceMatches(
 void ExpectReferenceMatches(const std::vector<FpfhDescriptor>& source,
                             const std::vector<FpfhDescriptor>& target, int k) {
   const auto expected = ReferenceMatches(source, target, static_cast<std::size_t>(k));
-  ForEachInstructionSet([&](const char* name) {
+  ForEachInstructionSet([&](const std::string& name) {
     std::vector<std::pair<std::uint32_t, std::uint32_t>> matches;
     for (const DescriptorMatch& match : MatchDescriptors(source, target, {.neighbors = k})) {
       matches.emplace_back(match.source, match.target);
@@ -118,7 +118,7 @@ TEST(FindNearestDescriptors, EqualDistancesGoToTheLowerIndex) {
     constexpr std::size_t kNearest = 7;
     const auto of_source = ReferenceNearest(source, target, kNearest);
     const auto of_target = ReferenceNearest(target, source, kNearest);
-    ForEachInstructionSet([&](const char* name) {
+    ForEachInstructionSet([&](const std::string& name) {
       std::vector<DescriptorNeighbor> there(kNearest * source.size());
       std::vector<DescriptorNeighbor> back(kNearest * target.size());
       FindNearestDescriptors({rows.data(), squares.data(), source.size()},

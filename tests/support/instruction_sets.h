@@ -1,20 +1,12 @@
 #pragma once
 
-#include <hwy/targets.h>
+#include <functional>
+#include <string>
 
 namespace backsight {
 
-/// Calls `body(name)` once for every instruction set that Highway's kernels are compiled for and
-/// this machine has, the kernels bound to it.
-template <class Body>
-void ForEachInstructionSet(Body body) {
-  for (const int64_t target : hwy::SupportedAndGeneratedTargets()) {
-    hwy::SetSupportedTargetsForTest(target);
-    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-    body(hwy::TargetName(target));
-  }
-  hwy::SetSupportedTargetsForTest(0);
-  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-}
+/// Calls `body(name)` once for every instruction set that the vectorised kernels are compiled for
+/// and this machine has, the kernels bound to it.
+void ForEachInstructionSet(const std::function<void(const std::string& name)>& body);
 
 }  // namespace backsight
