@@ -68,7 +68,7 @@ TabulatedMap::Cell TabulatedMap::Tabulate(const Index& index) const {
     double worst_m = (Interpolate(cell, centre) - exact_at(centre)).norm();
     for (int face = 0; face < 6; ++face) {
       Eigen::Vector3d place = centre;
-      place[face % 3] = face / 3;
+      place[face % 3] = face < 3 ? 0.0 : 1.0;
       worst_m = std::max(worst_m, (Interpolate(cell, place) - exact_at(place)).norm());
     }
     cell.credible = worst_m <= tolerance_m_;
