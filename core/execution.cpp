@@ -6,6 +6,7 @@
 #include <tbb/parallel_pipeline.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
 #include <thread>
 
 #include "core/error.h"
@@ -73,8 +74,9 @@ void ExecutionContext::ParallelFor(std::size_t n, const std::function<void(std::
 
 std::size_t ExecutionContext::StreamSlots() const {
   constexpr std::size_t kAhead = 2;  // read and not yet begun, or done and not yet written
+  constexpr std::size_t kMost = 16;  // one thread reads: it keeps no more of them busy
   const auto threads = static_cast<std::size_t>(this->threads());
-  return threads == 1 ? 1 : threads + kAhead;
+  return threads == 1 ? 1 : std::min(threads + kAhead, kMost);
 }
 
 void ExecutionContext::Stream(std::size_t slots, const std::function<bool(std::size_t)>& read,

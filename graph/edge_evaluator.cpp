@@ -172,7 +172,7 @@ EdgeHypothesis EdgeEvaluator::Tight(const Edge& edge) {
 /// wider.
 void EdgeEvaluator::PlaceInSectors(Candidate* k) const {
   constexpr double kPerUnit = kSectors / 4.0;
-  constexpr double kRounding = 1e-9;
+  constexpr double kRounding = 1e-7;
   const double square_m = k->source_u * k->source_u + k->source_v * k->source_v;
   const double square_q = k->target_u * k->target_u + k->target_v * k->target_v;
   const double product = 2.0 * std::sqrt(square_m * square_q);

@@ -46,7 +46,7 @@ void NoteBeginning(const std::string& work) {
 
 void NoteEnding(const std::string& work, int exit_code, const std::string& line) {
   std::optional<LatestRun> run = ReadLatestRun(work);
-  if (!run || run->ending || run->process != ::getpid() || run->host != HostName()) return;
+  if (!run) return;
   run->ending = RunEnding{Now(), exit_code, line};
   Write(work, *run);
 }

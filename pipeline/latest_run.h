@@ -24,7 +24,7 @@ struct LatestRun {
 /// note cannot be written, nothing happens: the run is worth more.
 void NoteBeginning(const std::string& work);
 
-/// Notes how the run ends; does nothing where the one noted is not this process's, or has ended.
+/// Notes how the run ends whose beginning this process has noted, while it still holds the lock.
 void NoteEnding(const std::string& work, int exit_code, const std::string& line);
 
 /// What is noted; nothing where no run has begun or the note is damaged.

@@ -44,8 +44,8 @@ std::string Join(const std::vector<std::string>& names) {
 class Planner {
  public:
   Planner(const SurveyProject& project, const SurveyOptions& options, std::uint64_t seed,
-          const ArtifactStore& store)
-      : project_(project), base_{options, seed}, store_(store) {}
+          const ArtifactStore& store, EarlierFaults faults)
+      : project_(project), base_{options, seed}, store_(store), faults_(faults) {}
 
   RunPlan Make(const std::string& out_directory) {
     stored_network_ = KeyLines(store_.Look(kNetworkName, {}).key_text);
@@ -87,8 +87,8 @@ class Planner {
 
   /// What the last run failed at is the same fault again until something is changed.
   void AddFault(const std::string& name, const ArtifactKey& key, PlanItem* item) {
-    if (item->done()) return;
-    const std::optional<std::string> fault = KnownFault(store_, name, key);
+    if (item->done() || faults_ == EarlierFaults::kMend) return;
+    const std::optional<std::string> fault = KnownFault(store_, name, key, DependsOnResults);
     if (!fault) return;
     item->why = *fault;
     item->failed = true;
@@ -152,14 +152,14 @@ class Planner {
       for (const std::string_view method : {"full", "predicted", "thorough", "symmetries"}) {
         const std::string name =
             PairArtifactName(stations_[s].spec.id, stations_[t].spec.id, method);
-        const bool wanted = plan_.all_pairs && method == "full";
-        if (!wanted && !IsUsed(name, NameOf(s, t))) continue;
         const std::string unit =
             fmt::format("pair {} {} {}", stations_[s].spec.id, stations_[t].spec.id, method);
         const ArtifactKey key = PairKey(base_, method, stations_[s], stations_[t], {}, "");
         PlanItem item = Judge(unit, name, key, UndoneEnds(s, t));
         AddFault(name, key, &item);
-        plan_.pairs.push_back(std::move(item));
+        const bool wanted = plan_.all_pairs && method == "full";
+        const bool used = wanted || IsUsed(name, NameOf(s, t));
+        if (used || item.failed) plan_.pairs.push_back(std::move(item));
       }
     }
   }
@@ -230,7 +230,8 @@ class Planner {
 
   void PlanOutput(const std::string& path, const ArtifactKey& key) {
     PlanItem item = Judge(path, OutputArtifactName(path), key, Undone(plan_.network));
-    if (item.state == Kind::kMissing && std::filesystem::exists(path)) {
+    std::error_code error;
+    if (item.state == Kind::kMissing && std::filesystem::exists(path, error)) {
       item.state = Kind::kOutdated;
       item.why = "what lies there is an earlier run's";
     }
@@ -244,6 +245,7 @@ class Planner {
   const SurveyProject& project_;
   KeyBase base_;
   const ArtifactStore& store_;
+  EarlierFaults faults_;
   ScanFingerprints scans_{store_};
   std::vector<Station> stations_;  // of what a project says, with their digests
   std::multimap<std::string, std::string> stored_network_;  // lines of its key
@@ -268,8 +270,9 @@ bool RunPlan::done() const {
 }
 
 RunPlan MakeRunPlan(const SurveyProject& project, const SurveyOptions& options, std::uint64_t seed,
-                    const std::string& out_directory, const ArtifactStore& store) {
-  return Planner(project, options, seed, store).Make(out_directory);
+                    const std::string& out_directory, const ArtifactStore& store,
+                    EarlierFaults faults) {
+  return Planner(project, options, seed, store, faults).Make(out_directory);
 }
 
 void Restrict(const StageRange& stages, RunPlan* plan) {

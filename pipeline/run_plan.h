@@ -35,10 +35,17 @@ struct RunPlan {
   bool done() const;
 };
 
+/// What a plan makes of units that the last run failed at.
+enum class EarlierFaults {
+  kStay,  ///< they fail again, and what follows stands without them
+  kMend   ///< they are done this time, as far as room for it must be found
+};
+
 /// Compares what the store holds with the project. Reads no scans and writes nothing. `seed`: of
 /// the run.
 RunPlan MakeRunPlan(const SurveyProject& project, const SurveyOptions& options, std::uint64_t seed,
-                    const std::string& out_directory, const ArtifactStore& store);
+                    const std::string& out_directory, const ArtifactStore& store,
+                    EarlierFaults faults = EarlierFaults::kStay);
 
 /// Takes what comes after the last stage out of the plan, and puts in all that is to be done anew.
 void Restrict(const StageRange& stages, RunPlan* plan);

@@ -73,8 +73,9 @@ void AddDistanceWarnings(RunRecord* run) {
   constexpr std::size_t kNamed = 10;
   const auto end = silent.begin() + static_cast<std::ptrdiff_t>(std::min(kNamed, silent.size()));
   run->warnings.push_back(fmt::format(
-      "{} accepted link(s) join stations without plane surfaces to compare, so that the distances "
-      "say nothing of them: {}{}",
+      "{} accepted link(s) join stations of which no surfaces were compared, so that the distances "
+      "say nothing of them (no planes in common, or none near each other): {}{}; look at both in "
+      "the cross sections",
       silent.size(), fmt::join(silent.begin(), end, ", "),
       silent.size() > kNamed ? " and others" : ""));
 }

@@ -99,10 +99,10 @@ void LoadStation(const SurveyOptions& options, const ExecutionContext& context,
     *station = *std::move(restored);
     return;
   }
+  ForgetFault(store, name);
   ComputeStation(options, context, station);
   RequireUnchanged(station->spec.scan, station->scan, context);
   store.Store(name, key, StationBytes(*station));
-  ForgetFault(store, name);
 }
 
 void RefuseCopies(std::vector<Station>* stations) {
@@ -134,12 +134,12 @@ void LoadGuarded(const SurveyOptions& options, const ExecutionContext& context,
     station->short_of_memory = true;
   } catch (const std::exception& error) {
     station->fault = error.what();
-    const std::string scan = station->scan.fingerprint.empty()
-                                 ? UnreadFingerprint(station->spec.scan)
-                                 : station->scan.fingerprint;
-    KeepFault(store, StationArtifactName(station->spec.id),
-              StationKey({options, context.seed()}, station->spec, scan), station->fault);
   }
+  if (station->usable()) return;
+  const std::string scan = station->scan.fingerprint.empty() ? UnreadFingerprint(station->spec.scan)
+                                                             : station->scan.fingerprint;
+  KeepFault(store, StationArtifactName(station->spec.id),
+            StationKey({options, context.seed()}, station->spec, scan), station->fault);
 }
 
 Station MakeStation(const StationSpec& spec) {

@@ -14,7 +14,7 @@ namespace backsight {
 /// Fast point feature histograms (Rusu 2009, doi 10.1109/ROBOT.2009.5152473) of some of the grid's
 /// points, one per key point, from the points closer than `radius_m` that have a normal.
 ///
-/// SPFH(p) counts the pair features (ComputePairBins) of p with its neighbours in three blocks of
+/// SPFH(p) counts the pair features (PairHistogram) of p with its neighbours in three blocks of
 /// 11 bins; FPFH(p) = sum over the neighbours q of SPFH(q) / |p - q|^2, each block then scaled to
 /// sum to 100. Like PCL, the weight is 1 / d^2 where Rusu has 1 / d, and p's own SPFH is not in the
 /// sum.

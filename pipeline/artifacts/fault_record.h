@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -8,15 +9,18 @@
 namespace backsight {
 
 /// Keeps beside the artifact `name` why what `key` says could not be made, for plans and status
-/// only: a run tries again, whatever is kept. Throws StorageFailure.
+/// only: a run tries again, whatever is kept. Where it cannot be kept, nothing happens: the run is
+/// worth more.
 void KeepFault(const ArtifactStore& store, const std::string& name, const ArtifactKey& key,
                const std::string& fault);
 
-/// Why what `key` says could not be made, where the last attempt at `name` was one at just that.
+/// Why what `key` says could not be made, where the last attempt at `name` was one at just that,
+/// but for lines of the key that `may_differ`.
 std::optional<std::string> KnownFault(const ArtifactStore& store, const std::string& name,
-                                      const ArtifactKey& key);
+                                      const ArtifactKey& key,
+                                      const std::function<bool(const std::string&)>& may_differ);
 
-/// The artifact `name` could be made.
+/// The artifact `name` is tried anew.
 void ForgetFault(const ArtifactStore& store, const std::string& name);
 
 }  // namespace backsight

@@ -109,12 +109,12 @@ bool PairUnits::Run(const PairAttempt& attempt, const Compute& compute, Pair* pa
   if (Restore(attempt, pair)) return true;
   const ArtifactKey key = KeyOf(attempt, *pair);
   const std::string name = NameOf(attempt, *pair);
+  ForgetFault(store_, name);
   if (!ComputeGuarded(compute, pair)) {
     if (!pair->fault.empty()) KeepFault(store_, name, key, pair->fault);
     return false;
   }
   store_.Store(name, key, PairBytes(*pair));
-  ForgetFault(store_, name);
   pair->digest = key.Digest();
   return true;
 }

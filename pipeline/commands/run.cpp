@@ -4,6 +4,7 @@
 #include <chrono>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <new>
 #include <optional>
 
@@ -108,13 +109,21 @@ SurveyRun RunWithin(double memory_gb, const ProgressFile& progress,
 /// What takes room: outputs that are not asked for count as written.
 RunPlan PlanRoom(const SurveyProject& project, const SurveyOptions& options, const std::string& out,
                  const std::string& work, Stage last) {
-  RunPlan plan = MakeRunPlan(project, options, kRunSeed, out, ArtifactStore(work));
+  RunPlan plan =
+      MakeRunPlan(project, options, kRunSeed, out, ArtifactStore(work), EarlierFaults::kMend);
   if (last == Stage::kOutputs) return plan;
   for (PlanItem& output : plan.outputs) output.state = ArtifactState::Kind::kUpToDate;
   return plan;
 }
 
-int RunProject(const RunArguments& arguments, const std::stop_token& stop, RunEvents* events) {
+/// What a run holds until it has said how it ended.
+struct HeldFolder {
+  std::unique_ptr<FolderLock> work;
+  bool noted = false;  ///< that the run began
+};
+
+int RunProject(const RunArguments& arguments, const std::stop_token& stop, RunEvents* events,
+               HeldFolder* held) {
   const Clock::time_point start = Clock::now();
   SurveyOptions options;
   const SurveyProject project = ReadCheckedProject(arguments.folders.project, &options);
@@ -125,10 +134,12 @@ int RunProject(const RunArguments& arguments, const std::stop_token& stop, RunEv
   RequireFreeNames(project, out);
   // No such context may live when the run takes its threads.
   const auto waiting = [&] { return ExecutionContext(1, kRunSeed, events->sink(), stop); };
-  const FolderLock lock = arguments.final_job ? LockWhenFree(work, waiting()) : FolderLock(work);
+  held->work.reset(
+      new FolderLock(arguments.final_job ? LockWhenFree(work, waiting()) : FolderLock(work)));
   ProgressFile progress(work);
   RequireNoJobs(work, arguments.force, waiting());
   NoteBeginning(work);
+  held->noted = true;
   // What earlier jobs left must be told apart from what this run leaves.
   if (arguments.final_job) {
     ForgetSlurmResult(work);
@@ -174,12 +185,12 @@ int RunProject(const RunArguments& arguments, const std::stop_token& stop, RunEv
 
 /// For `status` and whoever follows the jobs. An interrupted final job has no result: Slurm may
 /// start it again.
-void KeepResult(const RunArguments& arguments, const RunEvents& events) {
-  NoteEnding(arguments.folders.WorkDirectory(), events.exit_code(), events.last_line());
+void KeepResult(const RunArguments& arguments, const HeldFolder& held, const RunEvents& events) {
+  const std::string work = arguments.folders.WorkDirectory();
+  if (held.noted) NoteEnding(work, events.exit_code(), events.last_line());
   const int code = events.exit_code();
   if (!arguments.final_job || code == kInterrupted || code == kTerminated) return;
-  WriteSlurmResult(arguments.folders.WorkDirectory(),
-                   {OwnJob(), events.exit_code(), events.last_line()});
+  WriteSlurmResult(work, {OwnJob(), code, events.last_line()});
 }
 
 }  // namespace
@@ -198,18 +209,19 @@ int RunCommand(const RunArguments& arguments) {
   const bool on_slurm = arguments.executor == Executor::kSlurm;
   // The event log is the run's, which is the final job.
   RunEvents events(VerbosityOf(arguments), on_slurm ? "" : arguments.log_json);
+  HeldFolder held;
   try {
     if (on_slurm) return RunOnSlurm(arguments, stop, &events);
-    const int code = RunProject(arguments, stop, &events);
-    KeepResult(arguments, events);
+    const int code = RunProject(arguments, stop, &events, &held);
+    KeepResult(arguments, held, events);
     return code;
   } catch (const Interrupted&) {
     const int code = events.Interrupted(StopSignal());
-    KeepResult(arguments, events);
+    KeepResult(arguments, held, events);
     return code;
   } catch (const std::exception& error) {
     events.Failed(error);
-    KeepResult(arguments, events);
+    KeepResult(arguments, held, events);
     throw;
   }
 }

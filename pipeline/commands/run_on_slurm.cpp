@@ -46,7 +46,8 @@ SlurmSubmission Describe(const RunArguments& arguments, const SurveyProject& pro
 void RequireRoomOnDisks(const SurveyProject& project, const SurveyOptions& options,
                         const SlurmSubmission& submission, const ExecutionContext& context) {
   const ArtifactStore store(submission.work);
-  const RunPlan plan = MakeRunPlan(project, options, kRunSeed, submission.out, store);
+  const RunPlan plan =
+      MakeRunPlan(project, options, kRunSeed, submission.out, store, EarlierFaults::kMend);
   ResourceNeeds needs = EstimateNeeds(project, submission.out, store, &plan, context);
   needs.physical_memory = std::numeric_limits<std::uint64_t>::max();
   RequireRoom(needs, submission.memory_gb, context);

@@ -88,12 +88,14 @@ void PrintRun(const std::string& work, const JobStates& states) {
 }
 
 /// How the last run ended, and the one that wrote the reports: a run that is killed writes none.
-void PrintLast(const OpenedProject& opened) {
+void PrintLast(const OpenedProject& opened, const JobStates& states) {
+  const bool goes_on = HolderOf(opened.work).has_value();  // asked first: a run ends in between
+  const bool may_go_on = goes_on || !states.queued.empty() || states.why;
   const std::optional<LatestRun> run = ReadLatestRun(opened.work);
   if (run && run->ending) {
     fmt::print("last run: ended at {}: {} (exit code {})\n", run->ending->at_utc, run->ending->line,
                run->ending->exit_code);
-  } else if (run && !HolderOf(opened.work)) {
+  } else if (run && !may_go_on) {
     fmt::print(
         "last run: begun at {} on {}, process {}; it was killed, or the machine went down; run "
         "again to go on\n",
@@ -156,7 +158,7 @@ int StatusCommand(const RunFolders& folders) {
   PrintGroup(plan.all_pairs ? "pairs" : "pairs of the stored network", plan.pairs);
   PrintGroup("network", plan.network);
   PrintGroup("outputs", plan.outputs);
-  PrintLast(opened);
+  PrintLast(opened, states);
   return kComplete;
 }
 

@@ -100,6 +100,15 @@ class Resume(unittest.TestCase):
         return sorted(name for name, written in now.items()
                       if self.before.get(name) != written and not name.startswith("work/scans/"))
 
+    def begin(self):
+        """A run that has noted its beginning."""
+        process = start(self.project, 2)
+        note = self.folder / "work" / "latest_run.json"
+        while process.poll() is None:
+            if f'"process": {process.pid},' in note.read_text():
+                return process
+        raise AssertionError("the run ended before it could be looked at")
+
     def status(self):
         run = subprocess.run([campaign.PROGRAM, "status", self.project], capture_output=True,
                              check=True, text=True)
@@ -389,18 +398,25 @@ class Resume(unittest.TestCase):
         self.expect_reference()
         self.assertIn("everything is up to date", self.dry_run())
 
+    def test_pair_that_failed_is_known_where_not_all_are_tried(self):
+        grow = self.text + "pair_selection: {strategy: grow}\n"
+        self.project.write_text(grow)
+        self.run_whole()
+        shutil.rmtree(self.folder / "work" / "pairs" / "S2__S1")
+        self.project.write_text(grow + "resources: {pair_limit_s: 0.000001}\n")
+        self.run_whole(exit_code=3)
+        self.assertRegex(self.dry_run(), r"\n  pair S2 S1 \w+: failed \(.*longer")
+
     def test_status_tells_a_killed_run_from_one_that_ended(self):
         self.assertRegex(self.status(), r"last run: ended at .*: Complete: .* \(exit code 0\)")
         shutil.rmtree(self.folder / "work" / "network")
-        process = start(self.project, 2)
-        time.sleep(0.3)
+        process = self.begin()
         process.kill()
         process.communicate()
         status = self.status()
         self.assertRegex(status, rf"last run: begun at .*, process {process.pid}; it was killed")
         self.assertRegex(status, r"last report: Complete: .*\(exit code 0\)")
-        process = start(self.project, 2)
-        time.sleep(0.3)
+        process = self.begin()
         process.terminate()
         process.communicate()
         self.assertRegex(self.status(), r"last run: ended at .*: Interrupted: .* \(exit code 143\)")

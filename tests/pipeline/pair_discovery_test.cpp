@@ -170,7 +170,11 @@ TEST(PairDiscovery, EveryPairReachesTheRecords) {
   const PairDiscovery found = Discover(yards.stations, project.pairs, {}, ExecutionContext(1));
   const Network network = BuildNetwork(yards.stations, found.pairs, {}, ExecutionContext(1));
   const RunRecord run = SummarizeRun(project, yards.stations, found, network, {}, {}, {}, {});
-  ASSERT_EQ(run.links.size(), 3U);
+  ASSERT_EQ(run.links.size(), 6U);
+  for (std::size_t k = 3; k < 6; ++k) {
+    EXPECT_EQ(run.links[k].source, "S4");
+    EXPECT_EQ(run.links[k].reason, "unusable_station");
+  }
   EXPECT_EQ(run.links[2].status, LinkStatus::kSkipped);
   EXPECT_EQ(run.links[2].source, "S3");
   EXPECT_EQ(run.links[2].reason, "excluded");

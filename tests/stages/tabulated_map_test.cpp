@@ -62,6 +62,15 @@ TEST(TabulatedMap, MapsExactlyWhereItCannotInterpolate) {
   };
   TabulatedMap map(kinked, 4.0, 2e-6);
   EXPECT_LT(WorstError(RandomPoints(30.0, 4), &map, kinked), 2e-6);
+  for (const double place : {0.3, 1.0, 1.7, 2.5}) {  // edges about as faint as the tolerance
+    for (const double slope : {1e-6, 2e-6, 4e-6}) {
+      const auto faint = [=](const Eigen::Vector3d& p) {
+        return Eigen::Vector3d(p.x(), p.y(), p.z() + slope * std::abs(p.x() - place));
+      };
+      TabulatedMap other(faint, 4.0, 2e-6);
+      EXPECT_LT(WorstError(RandomPoints(6.0, 5), &other, faint), 2e-6) << place << " " << slope;
+    }
+  }
   const std::vector<Eigen::Vector3d> far = {{1e9, 0.0, 0.0}, {0.0, -3e8, 5.0}};
   TabulatedMap bent(Bent, 4.0, 2e-6);
   EXPECT_EQ(WorstError(far, &bent, Bent), 0.0);
