@@ -43,7 +43,7 @@ std::vector<pcl::Indices> Nearest(const Signatures::Ptr& queries, const Signatur
   std::vector<pcl::Indices> nearest(queries->size());
   std::vector<float> squared;
   for (std::size_t i = 0; i < queries->size(); ++i) {
-    tree.nearestKSearch((*queries)[i], neighbors, nearest[i], squared);
+    tree.nearestKSearch((*queries)[i], static_cast<unsigned>(neighbors), nearest[i], squared);
   }
   return nearest;
 }
