@@ -24,7 +24,8 @@ std::string Chain(const GeoreferenceRecord& g) {
     text += fmt::format(
         "Adjusted in a local frame (east, <b>true</b> north, up) at latitude {}&deg;, longitude "
         "{}&deg;, ellipsoidal height {} m; grid convergence there {}&deg; (grid north lies that "
-        "much clockwise of true north), point scale {}. Points are converted one by one. ",
+        "much clockwise of true north), point scale {}. Each point is converted by itself, in "
+        "clouds to 0.002 mm. ",
         FixedText(g.origin_deg_deg_m->x(), 7, field), FixedText(g.origin_deg_deg_m->y(), 7, field),
         FixedText(g.origin_deg_deg_m->z(), 3, field), FixedText(g.convergence_deg, 5, field),
         FixedText(g.point_scale, 7, field));
