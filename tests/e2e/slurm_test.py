@@ -75,7 +75,9 @@ class Slurm(unittest.TestCase):
                                 stdout=subprocess.PIPE, stderr=subprocess.PIPE)
 
     def result(self):
-        return json.loads((self.folder / "work" / "slurm" / "result.json").read_text())
+        path = self.folder / "work" / "slurm" / "result.json"
+        self.assertTrue(path.exists(), self.logs())
+        return json.loads(path.read_text())
 
     def logs(self):
         return "\n".join(f"{path.name}: {path.read_text()}" for path in
