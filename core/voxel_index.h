@@ -39,8 +39,6 @@ class VoxelIndex {
   std::optional<Neighbor> Nearest(std::span<const Eigen::Vector3d> points,
                                   const Eigen::Vector3d& query, double radius_m) const;
 
-  const VoxelLattice& lattice() const { return lattice_; }
-
  private:
   static constexpr int kEdge = 8;  // of a brick, cells
   struct Brick {

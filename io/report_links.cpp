@@ -182,11 +182,9 @@ std::string LinkTable(const RunRecord& run) {
              "no planes. Surfaces: distances between both stations' surfaces where they finally "
              "stand (defined below); empty: none could be compared. Weakest &sigma;: formal "
              "standard deviation of the source scanner's place in the direction that the pair "
-             "alone "
-             "determines least, and that direction; azimuth from the plan's upward axis, "
-             "clockwise. "
-             "Network residual: how far the source stands apart, by the link and by the adjusted "
-             "network.</span>");
+             "alone determines least, and that direction; azimuth from the plan's upward axis, "
+             "clockwise. Network residual: how far the source stands apart, by the link and by the "
+             "adjusted network.</span>");
 }
 
 std::string LinkOriginTable(const RunRecord& run) {

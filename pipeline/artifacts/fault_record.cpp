@@ -1,6 +1,7 @@
 #include "pipeline/artifacts/fault_record.h"
 
 #include <algorithm>
+#include <filesystem>
 
 #include "core/error.h"
 
@@ -21,6 +22,11 @@ void KeepFault(const ArtifactStore& store, const std::string& name, const Artifa
   }
 }
 
+bool HoldsFault(const ArtifactStore& store, const std::string& name) {
+  std::error_code error;
+  return std::filesystem::exists(store.PathOf(RecordOf(name)), error);
+}
+
 std::optional<std::string> KnownFault(const ArtifactStore& store, const std::string& name,
                                       const ArtifactKey& key,
                                       const std::function<bool(const std::string&)>& may_differ) {
@@ -36,7 +42,7 @@ std::optional<std::string> KnownFault(const ArtifactStore& store, const std::str
 }
 
 void ForgetFault(const ArtifactStore& store, const std::string& name) {
-  if (store.keeps()) store.Remove(RecordOf(name));
+  store.Remove(RecordOf(name));
 }
 
 }  // namespace backsight

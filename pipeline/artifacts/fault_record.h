@@ -14,6 +14,9 @@ namespace backsight {
 void KeepFault(const ArtifactStore& store, const std::string& name, const ArtifactKey& key,
                const std::string& fault);
 
+/// Whether some fault is kept beside the artifact `name`, whatever it is of.
+bool HoldsFault(const ArtifactStore& store, const std::string& name);
+
 /// Why what `key` says could not be made, where the last attempt at `name` was one at just that,
 /// but for lines of the key that `may_differ`.
 std::optional<std::string> KnownFault(const ArtifactStore& store, const std::string& name,

@@ -17,21 +17,17 @@
 #include "stages/pair_histogram.h"
 #include "stages/symmetric_eigen.h"
 #include "tests/support/feature_scene.h"
+#include "tests/support/instruction_sets.h"
 
 // Every kernel on every instruction set of this machine, the scalar one among them.
 
 namespace backsight {
 namespace {
 
-void Choose(std::int64_t targets) {
-  hwy::SetSupportedTargetsForTest(targets);
-  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-}
-
 class FeatureKernels : public ::testing::TestWithParam<std::int64_t> {
  protected:
-  void SetUp() override { Choose(GetParam()); }
-  void TearDown() override { Choose(0); }
+  void SetUp() override { BindKernels(GetParam()); }
+  void TearDown() override { BindKernels(0); }
 };
 
 /// Oriented points within a cube of 2 m, padded by points far away.
@@ -232,7 +228,7 @@ TEST_P(FeatureKernels, EigenvaluesAndDirectionsEqualTheIterativeOnes) {
 TEST_P(FeatureKernels, FeaturesAreTheSameBytesOnEveryInstructionSet) {
   const StationModel model = MakeYardStation(5, 0.25);
   const StationFeatures here = ComputeFeatures(model, {}, ExecutionContext(1));
-  Choose(0);
+  BindKernels(0);
   const StationFeatures best = ComputeFeatures(model, {}, ExecutionContext(1));
   const auto same_bytes = [](const auto& a, const auto& b) {
     return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(a[0])) == 0;

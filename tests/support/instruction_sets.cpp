@@ -3,22 +3,17 @@
 #include <hwy/targets.h>
 
 namespace backsight {
-namespace {
-
-void Bind(int64_t targets) {
-  hwy::SetSupportedTargetsForTest(targets);
+void BindKernels(std::int64_t target) {
+  hwy::SetSupportedTargetsForTest(target);
   hwy::GetChosenTarget().Update(hwy::SupportedTargets());
 }
 
-}  // namespace
-
 void ForEachInstructionSet(const std::function<void(const std::string& name)>& body) {
   for (const int64_t target : hwy::SupportedAndGeneratedTargets()) {
-    Bind(target);
+    BindKernels(target);
     body(hwy::TargetName(target));
   }
-  constexpr int64_t kAll = 0;
-  Bind(kAll);
+  BindKernels(0);
 }
 
 }  // namespace backsight
