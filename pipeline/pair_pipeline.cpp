@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "core/random.h"
+#include "pipeline/plan_proposals.h"
 #include "stages/aligned_hypotheses.h"
 #include "stages/matching.h"
 #include "stages/station_priors.h"
@@ -245,6 +246,7 @@ CoarseInput MakeCoarseInput(const Station& source, const Station& target, const 
   input.target_keypoints = KeypointPositions(target.model, target.features);
   input.seed = DeriveSeed(context.seed(), "pair " + source.spec.id + " " + target.spec.id);
   if (clouds.level_sigma_rad) input.max_tilt_rad = LargestTilt(*clouds.level_sigma_rad);
+  input.proposals = ProposeByPlans(source, target);
   input.source_symmetries = source.symmetries;
   input.target_symmetries = target.symmetries;
   // What follows takes the time of a pair: a stop need not wait for its end.

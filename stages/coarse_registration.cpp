@@ -109,8 +109,8 @@ MotionPool MakePool(const CoarseInput& input, MotionScore score, MotionScore bou
           std::move(bound)};
 }
 
-/// What RGE found, what votes for known rotations found, and the images of the best of it under the
-/// clouds' own symmetries.
+/// What RGE found, what votes for known rotations found, what others propose, and the images of the
+/// best of it under the clouds' own symmetries.
 MotionPool CollectMotions(const CoarseInput& input, const CoarseOptions& options,
                           const ExecutionContext& context) {
   const Correspondences& c = input.correspondences;
@@ -126,6 +126,9 @@ MotionPool CollectMotions(const CoarseInput& input, const CoarseOptions& options
                              static_cast<std::size_t>(options.votes))) {
       pool.Add(motion);
     }
+  }
+  for (const RigidTransform& proposal : input.proposals) {
+    pool.Add(input.cloud_refine ? input.cloud_refine(proposal) : proposal);
   }
   if (pool.empty()) return pool;
   const RigidTransform best = pool.Best(1).front().motion;

@@ -71,6 +71,9 @@ struct CoarseInput {
   double least_rival_share = 0.0;
   /// Improves a motion by the clouds; without it the correspondences' fit is scored.
   std::function<RigidTransform(const RigidTransform&)> cloud_refine;
+  /// Rough motions that need no correspondences to be proposed; improved by the clouds before they
+  /// compete.
+  std::vector<RigidTransform> proposals;
   /// Motions that carry the source's own cloud onto itself, and the target's: where they are, what
   /// fits may fit elsewhere too, and the true motion may gather too few key points to be found.
   std::vector<RigidTransform> source_symmetries;

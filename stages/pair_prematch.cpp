@@ -4,10 +4,12 @@
 #include <numeric>
 #include <optional>
 
+#include "core/error.h"
 #include "graph/correspondence_graph.h"
 #include "graph/edge_consensus.h"
 #include "graph/rigid_fit.h"
 #include "stages/matching.h"
+#include "stages/plan_motions.h"
 
 namespace backsight {
 namespace {
@@ -40,58 +42,14 @@ std::vector<double> Rarity(const std::vector<FpfhDescriptor>& descriptors) {
   return rarity;
 }
 
-/// Share of the surface that the viewer saw at its place minus the share that it saw through.
-double ViewScore(const std::vector<Eigen::Vector3d>& surface, const StationModel& viewer,
-                 const RigidTransform& viewer_from_surface) {
-  int score = 0;
-  for (const Eigen::Vector3d& sample : surface) {
-    const Eigen::Vector3d point = viewer_from_surface * sample;
-    const auto farthest = static_cast<double>(viewer.range_image.At(point).max_m);
-    if (farthest == 0.0) continue;
-    const double range = point.norm();
-    // As in the verification: three voxels and what 1 degree of incidence or pointing makes of it.
-    const double tolerance = std::min(3.0 * viewer.resolution_m() + 0.02 * range, 1.0);
-    if (range < farthest - tolerance) {
-      --score;
-    } else if (range <= farthest + tolerance) {
-      ++score;
-    }
-  }
-  return surface.empty() ? 0.0 : static_cast<double>(score) / static_cast<double>(surface.size());
-}
-
 RigidTransform Refit(const Correspondences& c, const RigidTransform& motion, double limit_m) {
   const auto rows = RowsWithin(c, motion, limit_m);
   return FitRigid(c.Subset(rows), {}).value_or(motion);
 }
 
-}  // namespace
-
-StationSketch SketchStation(const StationModel& model, const StationFeatures& features,
-                            bool levelled, const PrematchOptions& options) {
-  StationSketch sketch;
-  sketch.model = &model;
-  sketch.levelled = levelled;
-  const std::vector<double> rarity = Rarity(features.descriptors);
-  std::vector<std::size_t> order(rarity.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return rarity[a] > rarity[b]; });
-  order.resize(std::min(order.size(), static_cast<std::size_t>(options.keypoints)));
-  for (const std::size_t i : order) {
-    sketch.positions.push_back(model.leaves[features.keypoints[i]].cluster.mean);
-    sketch.descriptors.push_back(features.descriptors[i]);
-  }
-  const std::size_t count =
-      std::min(model.leaves.size(), static_cast<std::size_t>(options.surface));
-  for (std::size_t i = 0; i < count; ++i) {
-    sketch.surface.push_back(model.leaves[i * model.leaves.size() / count].cluster.mean);
-  }
-  return sketch;
-}
-
-double PrematchPair(const StationSketch& source, const StationSketch& target,
-                    const PrematchOptions& options, const ExecutionContext& context) {
+/// Score of the best motion that the sketches' key points propose.
+double BestOfKeypoints(const StationSketch& source, const StationSketch& target,
+                       const PrematchOptions& options, const ExecutionContext& context) {
   const double l = target.model->resolution_m();
   Correspondences c;
   for (const DescriptorMatch& match :
@@ -113,10 +71,62 @@ double PrematchPair(const StationSketch& source, const StationSketch& target,
                                                              context)) {
     const RigidTransform motion = Refit(c, hypothesis.target_from_source, 3.0 * l);
     if (upright && RelativeTilt(motion) > kLargestTilt) continue;
-    best = std::max(best, ViewScore(source.surface, *target.model, motion) +
-                              ViewScore(target.surface, *source.model, motion.Inverse()));
+    best = std::max(best, MutualViewScore(source.surface, *source.model, target.surface,
+                                          *target.model, motion));
   }
   return best;
+}
+
+/// Score of the best motion that the views from above propose; of levelled stations only.
+double BestOfPlans(const StationSketch& source, const StationSketch& target,
+                   const PrematchOptions& options) {
+  if (!source.levelled || !target.levelled) return kNoMotion;
+  const double cell_m = std::max(source.plan_cell_m(), target.plan_cell_m());
+  const std::vector<ScoredMotion> motions = FindPlanMotions(
+      {*source.model, source.PlanAt(cell_m), source.surface},
+      {*target.model, target.PlanAt(cell_m), target.surface}, {.tried_turns = options.turns});
+  return motions.empty() ? kNoMotion : motions.front().score;
+}
+
+}  // namespace
+
+const PlanView& StationSketch::PlanAt(double cell_m) const {
+  const auto plan = std::find_if(plans.begin(), plans.end(),
+                                 [&](const PlanView& p) { return p.cell_m() == cell_m; });
+  BACKSIGHT_CHECK(plan != plans.end(), "plans reach up to the largest cell of all stations");
+  return *plan;
+}
+
+StationSketch SketchStation(const StationModel& model, const StationFeatures& features,
+                            bool levelled, double largest_plan_cell_m,
+                            const PrematchOptions& options) {
+  StationSketch sketch;
+  sketch.model = &model;
+  sketch.levelled = levelled;
+  const std::vector<double> rarity = Rarity(features.descriptors);
+  std::vector<std::size_t> order(rarity.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return rarity[a] > rarity[b]; });
+  order.resize(std::min(order.size(), static_cast<std::size_t>(options.keypoints)));
+  for (const std::size_t i : order) {
+    sketch.positions.push_back(model.leaves[features.keypoints[i]].cluster.mean);
+    sketch.descriptors.push_back(features.descriptors[i]);
+  }
+  sketch.surface = SampleSurface(model, static_cast<std::size_t>(options.surface));
+  if (!levelled) return sketch;
+  double cell_m = PlanCellFor(model, features);
+  do {
+    sketch.plans.emplace_back(model, features, cell_m, static_cast<std::size_t>(options.walls));
+    cell_m *= 2.0;
+  } while (cell_m <= largest_plan_cell_m);
+  return sketch;
+}
+
+double PrematchPair(const StationSketch& source, const StationSketch& target,
+                    const PrematchOptions& options, const ExecutionContext& context) {
+  return std::max(BestOfKeypoints(source, target, options, context),
+                  BestOfPlans(source, target, options));
 }
 
 }  // namespace backsight

@@ -60,6 +60,18 @@ std::vector<std::size_t> BestOfEachStation(std::size_t stations, int most,
   return chosen;
 }
 
+/// At which the plans of all levelled stations can be compared; 0 if there are none.
+double LargestPlanCell(const std::vector<RankedStation>& stations,
+                       const ExecutionContext& context) {
+  std::vector<double> cells_m(stations.size(), 0.0);
+  context.ParallelFor(stations.size(), [&](std::size_t s) {
+    const RankedStation& station = stations[s];
+    if (station.model == nullptr || !station.levelled) return;
+    cells_m[s] = PlanCellFor(*station.model, *station.features);
+  });
+  return cells_m.empty() ? 0.0 : *std::max_element(cells_m.begin(), cells_m.end());
+}
+
 std::vector<double> PrematchScores(const std::vector<RankedStation>& stations,
                                    const PairRankingOptions& options,
                                    const std::vector<PairProspect>& candidates,
@@ -67,11 +79,13 @@ std::vector<double> PrematchScores(const std::vector<RankedStation>& stations,
                                    const ExecutionContext& context) {
   PrematchOptions prematch;
   prematch.keypoints = options.prematch_keypoints;
+  const double largest_plan_cell_m = LargestPlanCell(stations, context);
   std::vector<StationSketch> sketches(stations.size());
   context.ParallelFor(stations.size(), [&](std::size_t s) {
     const RankedStation& station = stations[s];
     if (station.model == nullptr) return;
-    sketches[s] = SketchStation(*station.model, *station.features, station.levelled, prematch);
+    sketches[s] = SketchStation(*station.model, *station.features, station.levelled,
+                                largest_plan_cell_m, prematch);
   });
   std::vector<double> scores(chosen.size());
   std::atomic<std::size_t> done = 0;

@@ -148,7 +148,7 @@ int Rank(const std::string& project_path, const std::string& truth_path) {
     std::vector<StationSketch> sketches;
     for (const Station& station : stations) {
       sketches.push_back(
-          SketchStation(station.model, station.features, station.spec.levelled, prematch));
+          SketchStation(station.model, station.features, station.spec.levelled, 0.0, prematch));
     }
     std::vector<double> scores;
     for (const RatedPair& pair : pairs) {
