@@ -247,8 +247,10 @@ class PtxReader : public BlockReader<TextBlock> {
   /// Records go up a column, then to the next.
   void AddCell(std::uint64_t record, TextBlock& block) const {
     const auto rows = static_cast<std::uint64_t>(place_.header.rows);
-    block.counts.AddCell(static_cast<double>(record % rows), static_cast<double>(record / rows),
-                         info_, block.points);
+    const std::uint64_t row = record % rows;
+    const std::uint64_t column = record / rows;
+    block.counts.AddCell(static_cast<double>(row), static_cast<double>(column), info_,
+                         block.points);
   }
 
   ByteSource source_;

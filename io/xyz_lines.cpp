@@ -86,8 +86,8 @@ void XyzLines::ReadSettled(std::string_view line, std::uint64_t number,
 
 void XyzLines::RequireCount(std::size_t count, std::string_view line, std::uint64_t number) const {
   const bool first = columns_ == 0;
-  const bool is_fit = given_.empty() ? count >= 3 && (first || count == columns_)
-                                     : count == given_.size();
+  const bool is_fit =
+      given_.empty() ? count >= 3 && (first || count == columns_) : count == given_.size();
   if (is_fit && count <= kMaxTextColumns) return;
   const std::string found = fmt::format("{} values: {}", count, Quoted(line));
   if (!given_.empty()) {

@@ -18,7 +18,8 @@ char SeparatorOf(std::string_view line);
 class XyzLines {
  public:
   /// `given`: fit by FaultOf, or empty; columns to skip are not read and may hold anything.
-  XyzLines(std::string path, TextColumns given) : path_(std::move(path)), given_(std::move(given)) {}
+  XyzLines(std::string path, TextColumns given)
+      : path_(std::move(path)), given_(std::move(given)) {}
 
   const TextColumns& given() const { return given_; }
   /// The same by names found in the file.

@@ -226,7 +226,8 @@ TEST(StreamScan, PassesOnWhatWorkThrowsInTurn) {
     StreamScan(
         *reader, context.StreamSlots(), context,
         [](std::size_t, const PointChunk& points) {
-          if (*std::min_element(points.y.begin(), points.y.end()) < -1.0 * kChunk) throw InputError({"here", "", "", ""});
+          if (*std::min_element(points.y.begin(), points.y.end()) < -1.0 * kChunk)
+            throw InputError({"here", "", "", ""});
         },
         [&](std::size_t, const PointChunk&) { ++taken; });
   };

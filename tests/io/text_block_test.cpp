@@ -24,7 +24,8 @@ bool IsPlain(const std::string& text) {
   if (!value || *at != '\n') return false;
   const std::optional<double> expected = ParseNumber(text);
   EXPECT_TRUE(expected) << text;
-  EXPECT_EQ(std::bit_cast<std::uint64_t>(*value), std::bit_cast<std::uint64_t>(expected.value_or(9)))
+  EXPECT_EQ(std::bit_cast<std::uint64_t>(*value),
+            std::bit_cast<std::uint64_t>(expected.value_or(9)))
       << text;
   return true;
 }
@@ -46,9 +47,9 @@ TEST(PlainNumber, HasTheBitsOfFromChars) {
 }
 
 TEST(PlainNumber, LeavesOtherFormsToOthers) {
-  for (const char* text : {"", "-", ".5", "5.", "+5", "1e5", "1E-5", "nan", "inf", "0x10", "1,5",
-                           "9007199254740993", "12345678901234567890", "1.7976931348623157",
-                           "0.0000000000000000001", "1.2.3", "--1"}) {
+  for (const char* text :
+       {"", "-", ".5", "5.", "+5", "1e5", "1E-5", "nan", "inf", "0x10", "1,5", "9007199254740993",
+        "12345678901234567890", "1.7976931348623157", "0.0000000000000000001", "1.2.3", "--1"}) {
     EXPECT_FALSE(IsPlain(text)) << text;
   }
 }
