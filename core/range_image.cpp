@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/error.h"
+
 namespace backsight {
 
 using std::numbers::pi;
@@ -59,6 +61,17 @@ void RangeImage::Add(const Eigen::Vector3d& point) {
   Pixel& pixel = pixels_[Index(point)];
   if (pixel.min_m == 0.0F || range < pixel.min_m) pixel.min_m = range;
   pixel.max_m = std::max(pixel.max_m, range);
+}
+
+void RangeImage::Add(const RangeImage& other) {
+  BACKSIGHT_CHECK(origin_ == other.origin_ && rows_ == other.rows_, "images of other pixels");
+  for (std::size_t i = 0; i < pixels_.size(); ++i) {
+    const Pixel& from = other.pixels_[i];
+    if (from.max_m == 0.0F) continue;
+    Pixel& pixel = pixels_[i];
+    if (pixel.min_m == 0.0F || from.min_m < pixel.min_m) pixel.min_m = from.min_m;
+    pixel.max_m = std::max(pixel.max_m, from.max_m);
+  }
 }
 
 double RangeImage::Coverage() const {

@@ -17,6 +17,8 @@ class RangeImage {
   RangeImage(const Eigen::Vector3d& origin, double pixel_deg);
 
   void Add(const Eigen::Vector3d& point);
+  /// Takes over what another image of the same origin and pixels has measured.
+  void Add(const RangeImage& other);
 
   struct Pixel {
     float min_m = 0.0F;
@@ -34,6 +36,9 @@ class RangeImage {
   /// Three by three pixels about `point`; where pixels are narrow, near the poles, as many columns
   /// as make up the same angle. Time O(9), at the poles O(columns).
   Window Around(const Eigen::Vector3d& point) const;
+
+  /// Row and column of the pixel in whose direction `point` lies.
+  std::pair<int, int> PixelOf(const Eigen::Vector3d& point) const { return Cell(point - origin_); }
 
   const Eigen::Vector3d& origin() const { return origin_; }
   int rows() const { return rows_; }

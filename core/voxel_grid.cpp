@@ -4,9 +4,7 @@
 
 namespace backsight {
 
-void VoxelClusterer::Add(const Eigen::Vector3d& point) {
-  const Eigen::Vector3i cell = lattice_.Cell(point);
-  const std::uint64_t key = VoxelLattice::Pack(cell);
+void VoxelClusterer::Add(std::uint64_t key, const Eigen::Vector3d& d) {
   if (key != last_key_) {  // neighbours in a scan line mostly share their voxel
     const auto [slot, is_new] = slots_.try_emplace(key, static_cast<std::uint32_t>(sums_.size()));
     if (is_new) sums_.push_back({.key = key});
@@ -14,7 +12,6 @@ void VoxelClusterer::Add(const Eigen::Vector3d& point) {
     last_slot_ = slot->second;
   }
   Sums& s = sums_[last_slot_];
-  const Eigen::Vector3d d = point - lattice_.Corner(cell);
   s.count += 1.0;
   s.first[0] += d.x(), s.first[1] += d.y(), s.first[2] += d.z();
   s.second[0] += d.x() * d.x(), s.second[1] += d.x() * d.y(), s.second[2] += d.x() * d.z();

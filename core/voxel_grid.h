@@ -56,7 +56,12 @@ class VoxelClusterer {
   explicit VoxelClusterer(const VoxelLattice& lattice) : lattice_(lattice) {}
 
   /// `point` must lie within the lattice (VoxelLattice::Contains).
-  void Add(const Eigen::Vector3d& point);
+  void Add(const Eigen::Vector3d& point) {
+    const Eigen::Vector3i cell = lattice_.Cell(point);
+    Add(VoxelLattice::Pack(cell), point - lattice_.Corner(cell));
+  }
+  /// A point of the voxel `key`, `offset` from its corner.
+  void Add(std::uint64_t key, const Eigen::Vector3d& offset);
 
   std::vector<VoxelLeaf> Finish() const;
 

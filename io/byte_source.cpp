@@ -48,27 +48,47 @@ void ByteSource::Fill(std::size_t want) {
   end_ -= begin_;
   begin_ = 0;
   while (end_ < want) {
-    const ssize_t got = ::pread(file_, buffer_.data() + end_, buffer_.size() - end_,
-                                static_cast<off_t>(buffer_offset_ + end_));
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) {
-      throw Error(buffer_offset_ + end_, fmt::format("reading failed: {}", std::strerror(errno)),
-                  "", "check the disk or the network drive");
-    }
+    const std::size_t got =
+        ReadAt(buffer_offset_ + end_, buffer_.data() + end_, buffer_.size() - end_);
     if (got == 0) return;
-    end_ += static_cast<std::size_t>(got);
+    end_ += got;
   }
 }
 
 void ByteSource::Read(char* to, std::size_t n, std::string_view what) {
   const std::uint64_t start = position();
-  for (std::size_t done = 0; done < n;) {
+  const std::size_t done = ReadSome(to, n);
+  if (done < n) throw Truncated(start, what, n, done);
+}
+
+std::size_t ByteSource::ReadSome(char* to, std::size_t n) {
+  std::size_t done = std::min(n, end_ - begin_);
+  std::copy_n(buffer_.data() + begin_, done, to);
+  Consume(done);
+  while (n - done >= kCapacity) {  // what the buffer could not hold goes past it
+    const std::size_t got = ReadAt(position(), to + done, n - done);
+    if (got == 0) return done;
+    Seek(position() + got);
+    done += got;
+  }
+  while (done < n) {
     const std::string_view ahead = Peek(1);
-    if (ahead.empty()) throw Truncated(start, what, n, done);
+    if (ahead.empty()) break;
     const std::size_t step = std::min(n - done, ahead.size());
     std::copy_n(ahead.data(), step, to + done);
     Consume(step);
     done += step;
+  }
+  return done;
+}
+
+std::size_t ByteSource::ReadAt(std::uint64_t offset, char* to, std::size_t n) const {
+  while (true) {
+    const ssize_t got = ::pread(file_, to, n, static_cast<off_t>(offset));
+    if (got >= 0) return static_cast<std::size_t>(got);
+    if (errno == EINTR) continue;
+    throw Error(offset, fmt::format("reading failed: {}", std::strerror(errno)), "",
+                "check the disk or the network drive");
   }
 }
 

@@ -40,6 +40,8 @@ class ByteSource {
   void Consume(std::size_t n) { begin_ += n; }
   /// Copies exactly `n` bytes; InputError if the file ends earlier. `what` names them.
   void Read(char* to, std::size_t n, std::string_view what);
+  /// Copies up to `n` bytes; fewer only where the file ends. Returns how many.
+  std::size_t ReadSome(char* to, std::size_t n);
   void Seek(std::uint64_t position);
 
   /// An error at byte `offset` of this file.
@@ -51,6 +53,8 @@ class ByteSource {
 
  private:
   void Fill(std::size_t want);
+  /// Bytes read from the file at `offset`, at least one unless it ends there.
+  std::size_t ReadAt(std::uint64_t offset, char* to, std::size_t n) const;
 
   std::string path_;
   int file_ = -1;

@@ -8,6 +8,7 @@
 #include <limits>
 #include <utility>
 
+#include "io/block_reader.h"
 #include "io/endian_bytes.h"
 #include "io/las_crs.h"
 #include "io/las_header.h"
@@ -36,7 +37,35 @@ LasClass ClassOf(const char* record, const LasHeader& header) {
   return {static_cast<std::uint8_t>(byte(15) & 31U), (byte(15) & 32U) != 0, (byte(15) & 128U) != 0};
 }
 
-class LasReader : public ScanReader {
+/// Extremes of the integers that coordinates are stored as.
+struct StepBounds {
+  std::array<std::int32_t, 3> low;
+  std::array<std::int32_t, 3> high;
+
+  StepBounds() {
+    low.fill(std::numeric_limits<std::int32_t>::max());
+    high.fill(std::numeric_limits<std::int32_t>::min());
+  }
+  void Add(const StepBounds& other) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      low[axis] = std::min(low[axis], other.low[axis]);
+      high[axis] = std::max(high[axis], other.high[axis]);
+    }
+  }
+};
+
+/// Records, and what was found in them.
+struct LasBlock : ScanBlock {
+  std::vector<char> bytes;
+  std::uint64_t records = 0;
+  bool is_last = false;  ///< nothing of the scan follows
+  PointCollector counts;
+  StepBounds bounds;
+  std::uint64_t synthetic = 0;
+  std::uint64_t clamped_colors = 0;
+};
+
+class LasReader : public BlockReader<LasBlock> {
  public:
   explicit LasReader(const std::string& path)
       : source_(path),
@@ -49,28 +78,10 @@ class LasReader : public ScanReader {
     for (std::string& note : CrsUnitNotes(info_.crs)) info_.notes.push_back(std::move(note));
     UseSample(SampleLas(source_, header_));
     source_.Seek(header_.point_offset);
-    low_.fill(std::numeric_limits<std::int32_t>::max());
-    high_.fill(std::numeric_limits<std::int32_t>::min());
   }
 
   const ScanInfo& info() const override { return info_; }
   const ScanTally& tally() const override { return collector_.tally(); }
-
-  bool Next(PointChunk& chunk) override {
-    chunk.Clear();
-    if (done_ == header_.points) return false;
-    const std::uint64_t n = std::min<std::uint64_t>(kChunkRecords, header_.points - done_);
-    for (std::uint64_t i = 0; i < n; ++i, ++done_) {
-      const std::string_view bytes = source_.Peek(header_.point_bytes);
-      if (bytes.size() < header_.point_bytes) {
-        throw source_.Truncated(source_.position(), "points", header_.points, done_);
-      }
-      Add(bytes.data(), chunk);
-      source_.Consume(header_.point_bytes);
-    }
-    if (done_ == header_.points) Finish();
-    return true;
-  }
 
  private:
   /// LAS does not say whether its optional fields are used, nor whether values of 8 bits were
@@ -105,34 +116,69 @@ class LasReader : public ScanReader {
     collector_.Configure(false, range);
   }
 
-  void Add(const char* record, PointChunk& chunk) {
+  bool Take(LasBlock& block) override {
+    if (taken_ == header_.points) return false;
+    block.records = std::min<std::uint64_t>(kChunkRecords, header_.points - taken_);
+    block.bytes.resize(static_cast<std::size_t>(block.records) * header_.point_bytes);
+    const std::uint64_t start = source_.position();
+    const std::size_t got = source_.ReadSome(block.bytes.data(), block.bytes.size());
+    if (got < block.bytes.size()) {
+      const std::uint64_t whole = got / header_.point_bytes;
+      throw source_.Truncated(start + whole * header_.point_bytes, "points", header_.points,
+                              taken_ + whole);
+    }
+    taken_ += block.records;
+    block.is_last = taken_ == header_.points;
+    return true;
+  }
+
+  void Decode(LasBlock& block) const override {
+    block.points.Clear();
+    block.counts = collector_.ForPart();
+    block.bounds = StepBounds();
+    block.synthetic = block.clamped_colors = 0;
+    for (std::size_t i = 0; i < block.records; ++i) {
+      AddRecord(block.bytes.data() + i * header_.point_bytes, block);
+    }
+  }
+
+  void Count(LasBlock& block) override {
+    collector_.Add(block.counts);
+    bounds_.Add(block.bounds);
+    synthetic_ += block.synthetic;
+    clamped_colors_ += block.clamped_colors;
+    if (block.is_last) Finish();
+  }
+
+  void AddRecord(const char* record, LasBlock& block) const {
     Eigen::Vector3d point;
     for (int axis = 0; axis < 3; ++axis) {
       const auto a = static_cast<std::size_t>(axis);
       const auto step = LoadBytes<std::int32_t>(record + 4 * a);
-      low_[a] = std::min(low_[a], step);
-      high_[a] = std::max(high_[a], step);
+      block.bounds.low[a] = std::min(block.bounds.low[a], step);
+      block.bounds.high[a] = std::max(block.bounds.high[a], step);
       point[axis] = header_.Metres(axis, step);
     }
     const LasClass kind = ClassOf(record, header_);
     if (kind.withheld) {
-      collector_.SkipWithheld();
+      block.counts.SkipWithheld();
       return;
     }
-    if (kind.synthetic) ++synthetic_;
-    if (!collector_.AddPoint(point.x(), point.y(), point.z(), chunk)) return;
+    if (kind.synthetic) ++block.synthetic;
+    PointChunk& chunk = block.points;
+    if (!block.counts.AddPoint(point.x(), point.y(), point.z(), chunk)) return;
     chunk.classification.push_back(kind.number);
     if (info_.has_intensity) {
-      collector_.AddIntensity(LoadBytes<std::uint16_t>(record + LasAt::kPointIntensity), chunk);
+      block.counts.AddIntensity(LoadBytes<std::uint16_t>(record + LasAt::kPointIntensity), chunk);
     }
-    if (info_.has_rgb) AddColor(record + layout_.rgb, chunk);
+    if (info_.has_rgb) AddColor(record + layout_.rgb, block);
     if (info_.has_gps_time) {
       const auto time = LoadBytes<double>(record + layout_.gps_time);
       chunk.gps_time.push_back(time + (header_.time_offset * kMillion - kAdjustedTime));
     }
   }
 
-  void AddColor(const char* bytes, PointChunk& chunk) {
+  void AddColor(const char* bytes, LasBlock& block) const {
     std::array<std::uint16_t, 3> rgb{};
     bool too_bright = false;
     for (std::size_t c = 0; c < 3; ++c) {
@@ -140,8 +186,8 @@ class LasReader : public ScanReader {
       too_bright = too_bright || (color_scale_ == ColorScale::k8Bit && value > 255);
       rgb[c] = ScaleColor(value, color_scale_);
     }
-    if (too_bright) ++clamped_colors_;
-    chunk.rgb.push_back(rgb);
+    if (too_bright) ++block.clamped_colors;
+    block.points.rgb.push_back(rgb);
   }
 
   void Finish() {
@@ -154,8 +200,8 @@ class LasReader : public ScanReader {
     }
     for (int axis = 0; axis < 3; ++axis) {
       const auto a = static_cast<std::size_t>(axis);
-      const double min = header_.Metres(axis, low_[a]);
-      const double max = header_.Metres(axis, high_[a]);
+      const double min = header_.Metres(axis, bounds_.low[a]);
+      const double max = header_.Metres(axis, bounds_.high[a]);
       // Many programs write the bounds of the coordinates before rounding.
       const double most = 1.01 * header_.scale[axis];
       if (std::abs(min - header_.min[axis]) <= most && std::abs(max - header_.max[axis]) <= most) {
@@ -173,9 +219,8 @@ class LasReader : public ScanReader {
   LasPointLayout layout_;
   PointCollector collector_;
   ColorScale color_scale_ = ColorScale::k16Bit;
-  std::array<std::int32_t, 3> low_{};
-  std::array<std::int32_t, 3> high_{};
-  std::uint64_t done_ = 0;
+  StepBounds bounds_;
+  std::uint64_t taken_ = 0;
   std::uint64_t synthetic_ = 0;
   std::uint64_t clamped_colors_ = 0;
 };

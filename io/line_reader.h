@@ -26,6 +26,10 @@ class LineReader {
   bool Next(std::string_view& line);
   /// Like Next, but the end of the file is an InputError that names what was `expected`.
   std::string_view Require(std::string_view expected);
+  /// Takes the next lines, at most `n`, with an LF behind each, into `text` in place of what it
+  /// held; returns how many there were, 0 only at the end of the file. Ends before a line that is
+  /// too long, unless that is the first. line_number() is that of the last one.
+  std::size_t Take(std::size_t n, std::string& text);
   /// Steps over up to `n` lines of any length; returns how many there were. `between`, called for
   /// every buffer of text, may throw to give up.
   std::uint64_t Skip(std::uint64_t n, const std::function<void()>& between = {});
@@ -40,8 +44,16 @@ class LineReader {
   InputError Error(std::string found, std::string expected, std::string remedy) const;
 
  private:
+  InputError TooLong() const;
+  /// How many bytes of `ahead` are whole lines, at most `n` of them; counts these.
+  std::size_t WholeLines(std::string_view ahead, std::size_t n, std::size_t* lines) const;
+
   ByteSource& source_;
   std::uint64_t line_number_ = 0;
 };
+
+/// An error in line `line` of the file.
+InputError ErrorInLine(const std::string& path, std::uint64_t line, std::string found,
+                       std::string expected, std::string remedy);
 
 }  // namespace backsight

@@ -52,6 +52,22 @@ void PointCollector::AddCell(double row, double column, const ScanInfo& grid, Po
   chunk.column.push_back(nearest(column, grid.columns));
 }
 
+PointCollector PointCollector::ForPart() const {
+  PointCollector part;
+  part.Configure(structured_, range_);
+  return part;
+}
+
+void PointCollector::Add(const PointCollector& part) {
+  tally_.records += part.tally_.records;
+  tally_.points += part.tally_.points;
+  tally_.not_finite += part.tally_.not_finite;
+  tally_.no_return += part.tally_.no_return;
+  tally_.withheld += part.tally_.withheld;
+  clamped_ += part.clamped_;
+  outside_grid_ += part.outside_grid_;
+}
+
 void PointCollector::Finish() {
   if (clamped_ > 0) {
     tally_.notes.push_back(fmt::format("intensity outside {} to {} clamped in {} of {} points",

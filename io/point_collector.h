@@ -12,7 +12,7 @@
 namespace backsight {
 
 /// Records that one call of ScanReader::Next reads at most.
-inline constexpr std::size_t kChunkRecords = 65536;
+inline constexpr std::size_t kChunkRecords = 16384;
 
 /// Raw intensities that become 0 and 1.
 struct IntensityRange {
@@ -49,6 +49,10 @@ class PointCollector {
   /// Counts a record that the file itself declares deleted.
   void SkipWithheld() { ++tally_.records, ++tally_.withheld; }
   void AddNote(std::string note) { tally_.notes.push_back(std::move(note)); }
+  /// One for a part of the scan: of the same settings, with nothing counted.
+  PointCollector ForPart() const;
+  /// Adds what was counted of a part; notes are not.
+  void Add(const PointCollector& part);
   /// Adds the closing notes to the tally; call it once, at the end of the scan.
   void Finish();
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "io/block_reader.h"
 #include "io/line_reader.h"
 #include "io/point_collector.h"
 #include "io/text_fields.h"
@@ -18,9 +19,10 @@ struct PtsScan {
   std::uint64_t points = 0;
   std::uint64_t offset = 0;
   std::uint64_t lines_before = 0;
+  std::uint64_t last_line = 0;  // that of the last record
 };
 
-class PtsReader : public ScanReader {
+class PtsReader : public BlockReader<TextBlock> {
  public:
   PtsReader(const std::string& path, int scan_index, const TextColumns& columns)
       : source_(path), lines_(source_), records_(lines_, columns) {
@@ -38,19 +40,35 @@ class PtsReader : public ScanReader {
   const ScanInfo& info() const override { return info_; }
   const ScanTally& tally() const override { return collector_.tally(); }
 
-  bool Next(PointChunk& chunk) override {
-    chunk.Clear();
-    if (done_ == scan_.points) return false;
-    const std::uint64_t n = std::min<std::uint64_t>(kChunkRecords, scan_.points - done_);
-    for (std::uint64_t i = 0; i < n; ++i, ++done_) {
-      if (!records_.Next()) throw Truncated(scan_, done_);
-      records_.Add(collector_, chunk);
+ private:
+  /// Comments may stand between the records, so that lines tell where the scan ends.
+  bool Take(TextBlock& block) override {
+    if (lines_.line_number() >= scan_.last_line) return false;
+    const std::uint64_t left = scan_.last_line - lines_.line_number();
+    if (!records_.Take(std::min<std::uint64_t>(kChunkRecords, left), block)) {
+      throw Truncated(scan_, lines_.line_number() - scan_.lines_before);
     }
-    if (done_ == scan_.points) collector_.Finish();
+    block.is_last = lines_.line_number() == scan_.last_line;
     return true;
   }
 
- private:
+  void Decode(TextBlock& block) const override {
+    block.counts = collector_.ForPart();
+    records_.Decode(block);
+  }
+
+  void Count(TextBlock& block) override {
+    collector_.Add(block.counts);
+    if (!block.is_last) return;
+    collector_.Finish();
+    const std::uint64_t records = tally().records;
+    if (records == scan_.points) return;
+    throw ErrorInLine(
+        info_.path, scan_.last_line, fmt::format("{} points up to here", records),
+        fmt::format("the declared {} points (line {})", scan_.points, scan_.lines_before),
+        "export the file again, without marks of comments before its records");
+  }
+
   void FindScans(int wanted) {
     info_.scan_count = 0;
     records_.SkipPreamble(info_.notes);
@@ -89,10 +107,11 @@ class PtsReader : public ScanReader {
                          fmt::format("<= {} points, what the file can hold", room),
                          "the count is wrong or the file is cut short: export it again");
     }
-    const PtsScan scan{*count, source_.position(), lines_.line_number()};
+    PtsScan scan{*count, source_.position(), lines_.line_number(), lines_.line_number()};
     for (std::uint64_t done = 0; done < scan.points; ++done) {
       if (!records_.NextLine(line)) throw Truncated(scan, done);
     }
+    scan.last_line = lines_.line_number();
     return scan;
   }
 
@@ -110,7 +129,6 @@ class PtsReader : public ScanReader {
   PtsScan scan_;
   PointCollector collector_;
   bool count_missing_ = false;
-  std::uint64_t done_ = 0;
 };
 
 }  // namespace

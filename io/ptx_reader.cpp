@@ -6,9 +6,12 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <span>
 
+#include "io/block_reader.h"
 #include "io/line_reader.h"
 #include "io/point_collector.h"
+#include "io/text_block.h"
 #include "io/text_fields.h"
 
 namespace backsight {
@@ -35,19 +38,24 @@ struct ScanPlace {
   std::uint64_t lines_before = 0;
 };
 
+/// As many numbers as there are `numbers`, and nothing else.
+bool FindNumbers(std::string_view line, std::span<double> numbers) {
+  std::array<std::string_view, 7> words;
+  if (SplitFields(line, ' ', words) != numbers.size()) return false;
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    const std::optional<double> number = ParseNumber(words[i]);
+    if (!number) return false;
+    numbers[i] = *number;
+  }
+  return true;
+}
+
 template <std::size_t N>
 std::array<double, N> NumbersOf(LineReader& lines, std::string_view line,
                                 std::string_view expected) {
-  std::array<std::string_view, N> words;
   std::array<double, N> numbers{};
-  bool good = SplitFields(line, ' ', words) == N;
-  for (std::size_t i = 0; good && i < N; ++i) {
-    const std::optional<double> number = ParseNumber(words[i]);
-    good = number.has_value();
-    numbers[i] = number.value_or(0.0);
-  }
-  if (!good) throw lines.Error(Quoted(line), std::string(expected), kRemedy);
-  return numbers;
+  if (FindNumbers(line, numbers)) return numbers;
+  throw lines.Error(Quoted(line), std::string(expected), kRemedy);
 }
 
 int GridSide(LineReader& lines, std::string_view line, std::string_view name) {
@@ -100,7 +108,7 @@ std::optional<RigidTransform> PoseOf(const Eigen::Matrix4d& matrix) {
   return RigidTransform::FromMatrix(matrix);
 }
 
-class PtxReader : public ScanReader {
+class PtxReader : public BlockReader<TextBlock> {
  public:
   PtxReader(const std::string& path, int scan_index, const std::function<void()>& between)
       : source_(path), lines_(source_) {
@@ -116,20 +124,6 @@ class PtxReader : public ScanReader {
 
   const ScanInfo& info() const override { return info_; }
   const ScanTally& tally() const override { return collector_.tally(); }
-
-  bool Next(PointChunk& chunk) override {
-    chunk.Clear();
-    const std::uint64_t cells = place_.header.Cells();
-    if (done_ == cells) return false;
-    const std::uint64_t n = std::min<std::uint64_t>(kChunkRecords, cells - done_);
-    for (std::uint64_t i = 0; i < n; ++i, ++done_) {
-      const std::size_t points = chunk.size();
-      Add(lines_.Require("a record for each grid cell"), chunk);
-      if (chunk.size() > points) AddCell(chunk);
-    }
-    if (done_ == cells) collector_.Finish();
-    return true;
-  }
 
  private:
   /// Steps through the file from header to header. Damage behind the wanted scan is only noted:
@@ -197,25 +191,66 @@ class PtxReader : public ScanReader {
     lines_.Restart(place_.offset, place_.lines_before);
   }
 
-  void Add(std::string_view line, PointChunk& chunk) {
-    if (info_.has_rgb) {
-      const auto v = NumbersOf<7>(lines_, line, "7 numbers: x y z intensity r g b");
-      if (!collector_.AddPoint(v[0], v[1], v[2], chunk)) return;
-      collector_.AddIntensity(v[3], chunk);
-      chunk.rgb.push_back({ScaleColor(v[4], ColorScale::k8Bit), ScaleColor(v[5], ColorScale::k8Bit),
-                           ScaleColor(v[6], ColorScale::k8Bit)});
-    } else {
-      const auto v = NumbersOf<4>(lines_, line, "4 numbers: x y z intensity");
-      if (collector_.AddPoint(v[0], v[1], v[2], chunk)) collector_.AddIntensity(v[3], chunk);
+  bool Take(TextBlock& block) override {
+    const std::uint64_t cells = place_.header.Cells();
+    if (done_ == cells) return false;
+    block.lines_before = lines_.line_number();
+    block.first_record = done_;
+    block.lines = lines_.Take(std::min<std::uint64_t>(kChunkRecords, cells - done_), block.text);
+    if (block.lines == 0) lines_.Require("a record for each grid cell");
+    done_ += block.lines;
+    block.is_last = done_ == cells;
+    return true;
+  }
+
+  void Decode(TextBlock& block) const override {
+    block.points.Clear();
+    block.counts = collector_.ForPart();
+    const char* at = block.text.data();
+    const char* const end = at + block.text.size();
+    std::array<double, 7> numbers{};
+    const std::span<double> record(numbers.data(), info_.has_rgb ? 7 : 4);
+    for (std::size_t i = 0; i < block.lines; ++i) {
+      const char* const begin = at;
+      if (!TakePlainLine(at, ' ', {}, record)) {
+        at = begin;
+        ReadRecord(TakeLine(at, end), block.lines_before + i + 1, record);
+      }
+      const std::size_t points = block.points.size();
+      AddRecord(record, block);
+      if (block.points.size() > points) AddCell(block.first_record + i, block);
     }
   }
 
+  void Count(TextBlock& block) override {
+    collector_.Add(block.counts);
+    if (block.is_last) collector_.Finish();
+  }
+
+  /// Any line that may be a record; InputError if it is none.
+  void ReadRecord(std::string_view line, std::uint64_t number, std::span<double> record) const {
+    if (FindNumbers(line, record)) return;
+    throw ErrorInLine(
+        info_.path, number, Quoted(line),
+        info_.has_rgb ? "7 numbers: x y z intensity r g b" : "4 numbers: x y z intensity", kRemedy);
+  }
+
+  static void AddRecord(std::span<const double> v, TextBlock& block) {
+    if (!block.counts.AddPoint(v[0], v[1], v[2], block.points)) return;
+    block.counts.AddIntensity(v[3], block.points);
+    if (v.size() == 4) return;
+    block.points.rgb.push_back({ScaleColor(v[4], ColorScale::k8Bit),
+                                ScaleColor(v[5], ColorScale::k8Bit),
+                                ScaleColor(v[6], ColorScale::k8Bit)});
+  }
+
   /// Records go up a column, then to the next.
-  void AddCell(PointChunk& chunk) {
+  void AddCell(std::uint64_t record, TextBlock& block) const {
     const auto rows = static_cast<std::uint64_t>(place_.header.rows);
-    const std::uint64_t row = done_ % rows;
-    const std::uint64_t column = done_ / rows;
-    collector_.AddCell(static_cast<double>(row), static_cast<double>(column), info_, chunk);
+    const std::uint64_t row = record % rows;
+    const std::uint64_t column = record / rows;
+    block.counts.AddCell(static_cast<double>(row), static_cast<double>(column), info_,
+                         block.points);
   }
 
   ByteSource source_;
@@ -223,7 +258,7 @@ class PtxReader : public ScanReader {
   ScanInfo info_;
   ScanPlace place_;
   PointCollector collector_;
-  std::uint64_t done_ = 0;
+  std::uint64_t done_ = 0;  // records taken from the file
 };
 
 }  // namespace

@@ -167,7 +167,10 @@ std::string ManifestJson(const ManifestRecord& manifest) {
   }
   ordered_json stages = ordered_json::array();
   for (const StageTime& stage : manifest.stages) {
-    stages.push_back({{"stage", stage.stage}, {"seconds", stage.seconds}});
+    stages.push_back({{"stage", stage.stage},
+                      {"seconds", stage.seconds},
+                      {"processor_s", stage.processor_s},
+                      {"idle_share", stage.idle_share}});
   }
   ordered_json clouds = ordered_json::array();
   for (const WrittenCloud& cloud : manifest.clouds) {

@@ -256,6 +256,8 @@ struct RunRecord {
 struct StageTime {
   std::string stage;
   double seconds = 0.0;
+  double processor_s = 0.0;  ///< over all threads
+  double idle_share = 0.0;   ///< of the threads' time, 0 to 1: without work, or waiting for data
 };
 
 /// A cloud that a run wrote.

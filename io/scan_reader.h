@@ -47,6 +47,12 @@ struct ScanTally {
   std::vector<std::string> notes;  ///< repairs and guesses made while reading the records
 };
 
+/// A run of records on its way from a file to points. Readers derive from it what they need.
+struct ScanBlock {
+  virtual ~ScanBlock() = default;
+  PointChunk points;
+};
+
 /// Streams one scan in chunks; memory does not depend on the file's size. Coordinates are metres in
 /// the scanner's own frame (station frame). All functions throw InputError with file and line or
 /// byte offset for damaged input.
@@ -54,10 +60,20 @@ class ScanReader {
  public:
   virtual ~ScanReader() = default;
   virtual const ScanInfo& info() const = 0;
-  /// Replaces `chunk` by the next run of points (at most about 65536 records' worth); false at the
+  /// Replaces `chunk` by the next run of points (at most about 16384 records' worth); false at the
   /// end. A true answer may carry an empty chunk where all its records were dropped.
   virtual bool Next(PointChunk& chunk) = 0;
+  /// Of what Next, or Deliver, has handed out so far.
   virtual const ScanTally& tally() const = 0;
+
+  /// Next in three steps, for StreamScan: Fetch takes the next records from the file, in order,
+  /// false at the end; Parse makes their points, side by side with other blocks; Deliver counts
+  /// them, in order again. Of one scan either these are called or Next. Unless a reader knows
+  /// better, Fetch does it all.
+  virtual std::unique_ptr<ScanBlock> NewBlock() const { return std::make_unique<ScanBlock>(); }
+  virtual bool Fetch(ScanBlock& block) { return Next(block.points); }
+  virtual void Parse(ScanBlock& /*block*/) const {}
+  virtual void Deliver(ScanBlock& /*block*/) {}
 };
 
 /// Opens scan `scan_index` of the file; the format is known by the file's content first, its

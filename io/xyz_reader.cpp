@@ -1,5 +1,6 @@
 #include "io/xyz_reader.h"
 
+#include "io/block_reader.h"
 #include "io/line_reader.h"
 #include "io/point_collector.h"
 #include "io/xyz_records.h"
@@ -7,7 +8,7 @@
 namespace backsight {
 namespace {
 
-class XyzReader : public ScanReader {
+class XyzReader : public BlockReader<TextBlock> {
  public:
   XyzReader(const std::string& path, const TextColumns& columns)
       : source_(path), lines_(source_), records_(lines_, columns) {
@@ -25,21 +26,24 @@ class XyzReader : public ScanReader {
   const ScanInfo& info() const override { return info_; }
   const ScanTally& tally() const override { return collector_.tally(); }
 
-  bool Next(PointChunk& chunk) override {
-    chunk.Clear();
+ private:
+  bool Take(TextBlock& block) override {
     if (at_end_) return false;
-    for (std::size_t i = 0; i < kChunkRecords && !at_end_; ++i) {
-      if (records_.Next()) {
-        records_.Add(collector_, chunk);
-      } else {
-        at_end_ = true;
-        collector_.Finish();
-      }
-    }
+    at_end_ = !records_.Take(kChunkRecords, block) || source_.remaining() == 0;
+    block.is_last = at_end_;
     return true;
   }
 
- private:
+  void Decode(TextBlock& block) const override {
+    block.counts = collector_.ForPart();
+    records_.Decode(block);
+  }
+
+  void Count(TextBlock& block) override {
+    collector_.Add(block.counts);
+    if (block.is_last) collector_.Finish();
+  }
+
   ByteSource source_;
   LineReader lines_;
   XyzRecords records_;

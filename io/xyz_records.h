@@ -8,7 +8,9 @@
 
 #include "io/line_reader.h"
 #include "io/point_collector.h"
+#include "io/text_block.h"
 #include "io/xyz_layout.h"
+#include "io/xyz_lines.h"
 
 namespace backsight {
 
@@ -17,9 +19,9 @@ namespace backsight {
 /// before the numbers, or must be guessed.
 class XyzRecords {
  public:
-  /// `lines` must outlive the object. `columns`: fit by FaultOf, or empty; those to skip are not
-  /// read and may hold anything.
-  XyzRecords(LineReader& lines, TextColumns columns) : lines_(lines), given_(std::move(columns)) {}
+  /// `lines` must outlive the object. `columns`: as for XyzLines.
+  XyzRecords(LineReader& lines, TextColumns columns)
+      : lines_(lines), rule_(lines.source().path(), std::move(columns)) {}
 
   /// Goes to the first line that is neither blank nor comment nor, once, a line of names; false if
   /// the file ends before.
@@ -33,37 +35,30 @@ class XyzRecords {
   void GuessLayout(bool is_pts, std::uint64_t most, std::vector<std::string>& notes);
   /// What the columns hold.
   void Describe(ScanInfo& info) const;
-  /// Reads the next record; false at the end of the file. Throws InputError for a line that has not
-  /// as many numbers as the first, or as there are given columns.
-  bool Next();
-  /// Hands the record read last to `collector`.
-  void Add(PointCollector& collector, PointChunk& chunk) const;
+  /// Takes the next lines into the block, comments among them; false at the end of the file.
+  bool Take(std::size_t most, TextBlock& block);
+  /// Replaces the block's points by those of its lines. Throws InputError for a line that has not
+  /// as many numbers as the first, or as there are given columns. Safe for several threads.
+  void Decode(TextBlock& block) const { rule_.Decode(layout_, block); }
 
   const XyzLayout& layout() const { return layout_; }
 
  private:
-  bool IsSkipped(std::size_t column) const {
-    return !given_.empty() && given_[column] == TextColumn::kSkip;
-  }
-  bool IsComment(std::string_view line) const;
   bool LooksLikeNames(std::string_view line) const;
   void TakeNames(std::string_view line, bool is_header);
   /// Goes by the names for lines of so many columns.
   void UseNames(std::size_t columns, std::vector<std::string>& notes);
   /// Words of the next line; goes back to before it.
   std::size_t CountColumns();
-  void RequireCount(std::size_t count, std::string_view line) const;
-  double Number(std::string_view word) const;
+  /// Finite records of the next `most`; zeros if there is none.
+  std::vector<std::vector<double>> TakeSample(std::uint64_t most);
 
   LineReader& lines_;
-  TextColumns given_;  ///< or by names; empty: to be guessed
+  XyzLines rule_;
   XyzLayout layout_;
   std::vector<std::string> names_;
   std::uint64_t names_line_ = 0;
   bool names_are_header_ = false;  ///< a line of names, not a comment
-  char separator_ = ' ';
-  std::vector<std::string_view> words_;
-  std::vector<double> values_;
 };
 
 }  // namespace backsight

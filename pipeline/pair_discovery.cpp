@@ -11,6 +11,7 @@
 #include "pipeline/artifacts/load_artifact.h"
 #include "pipeline/artifacts/pair_artifact.h"
 #include "pipeline/candidate_links.h"
+#include "pipeline/largest_first.h"
 #include "stages/network_solution.h"
 #include "stages/overlap_prediction.h"
 #include "stages/pair_ranking.h"
@@ -200,7 +201,9 @@ class Discovery {
     std::atomic<std::size_t> done = tried_;
     const std::size_t total = tried_ + batch.pairs.size();
     context_.Progress("pairs", tried_, total);
-    context_.ParallelFor(batch.pairs.size(), [&](std::size_t k) {
+    std::vector<double> leaves;
+    for (const std::size_t i : batch.pairs) leaves.push_back(LeavesOf(candidates_[i]));
+    LargestFirst(leaves, context_, [&](std::size_t k) {
       RegisterOne(batch.method, batch.pairs[k]);
       context_.Progress("pairs", ++done, total);
     });
@@ -210,6 +213,12 @@ class Discovery {
     (batch.method == PairMethod::kPredicted ? predicted_ : full_) += count;
     if (batch.method == PairMethod::kThorough) thorough_ += count;
     context_.Debug(fmt::format("pairs: {} {}", count, Name(batch.method)));
+  }
+
+  /// Of both stations, which says roughly how long the pair takes.
+  double LeavesOf(const PairProspect& candidate) const {
+    return static_cast<double>(stations_[At(candidate.source)].model.leaves.size() +
+                               stations_[At(candidate.target)].model.leaves.size());
   }
 
   /// Pairs that found no memory beside others, one after the other.

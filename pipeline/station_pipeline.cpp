@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <atomic>
+#include <filesystem>
+#include <system_error>
 
 #include "core/error.h"
 #include "core/fingerprint.h"
@@ -11,6 +13,7 @@
 #include "pipeline/artifacts/fault_record.h"
 #include "pipeline/artifacts/load_artifact.h"
 #include "pipeline/artifacts/station_artifact.h"
+#include "pipeline/largest_first.h"
 #include "stages/station_symmetries.h"
 
 namespace backsight {
@@ -142,6 +145,17 @@ void LoadGuarded(const SurveyOptions& options, const ExecutionContext& context,
             StationKey({options, context.seed()}, station->spec, scan), station->fault);
 }
 
+/// Sizes of the scan files, which say roughly how long their stations take.
+std::vector<double> ScanBytes(const std::vector<StationSpec>& specs) {
+  std::vector<double> bytes;
+  for (const StationSpec& spec : specs) {
+    std::error_code error;
+    const auto size = std::filesystem::file_size(spec.scan, error);
+    bytes.push_back(error ? 0.0 : static_cast<double>(size));
+  }
+  return bytes;
+}
+
 Station MakeStation(const StationSpec& spec) {
   Station station;
   station.spec = spec;
@@ -161,7 +175,7 @@ std::vector<Station> LoadStations(const std::vector<StationSpec>& specs,
   ScanFingerprints scans(store);
   std::atomic<std::size_t> done = 0;
   context.Progress("stations", 0, specs.size());
-  context.ParallelFor(specs.size(), [&](std::size_t i) {
+  LargestFirst(ScanBytes(specs), context, [&](std::size_t i) {
     LoadGuarded(options, context, store, &scans, &stations[i]);
     context.Progress("stations", ++done, specs.size());
   });

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <filesystem>
 #include <utility>
 
@@ -22,29 +21,12 @@
 #include "pipeline/resource_budget.h"
 #include "pipeline/run_outputs.h"
 #include "pipeline/run_summary.h"
+#include "pipeline/stage_clock.h"
 #include "pipeline/symmetry_challenge.h"
 #include "pipeline/unfinished_clouds.h"
 
 namespace backsight {
 namespace {
-
-/// Measures the stages; the times go to the manifest and the events only.
-class StageClock {
- public:
-  StageClock(const ExecutionContext& context, std::vector<StageTime>* times)
-      : context_(context), times_(times) {}
-  void Finish(const std::string& stage) {
-    const auto now = std::chrono::steady_clock::now();
-    times_->push_back({stage, std::chrono::duration<double>(now - start_).count()});
-    context_.StageFinished(stage, times_->back().seconds);
-    start_ = now;
-  }
-
- private:
-  const ExecutionContext& context_;
-  std::vector<StageTime>* times_;
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 /// Throws NoRoom where memory is all that keeps the stations from being used.
 void RequireMemory(const std::vector<Station>& stations) {

@@ -3,58 +3,21 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <limits>
 #include <numbers>
 #include <string>
 
 #include "core/angular_step.h"
 #include "core/error.h"
+#include "core/voxel_shards.h"
+#include "io/scan_stream.h"
 
 namespace backsight {
 namespace {
 
 constexpr double kFarFromScanner = 1000.0;  // m; float coordinates would lose digits
 constexpr double kWidestPixelDegrees = 5.0;
-
-/// Collects everything that can be known while the points stream by.
-class Pass {
- public:
-  Pass(const VoxelLattice& lattice, const Eigen::Vector3d& scanner)
-      : lattice_(lattice), clusterer_(lattice), step_(scanner) {}
-
-  void Add(const Eigen::Vector3d& point) {
-    if (!lattice_.Contains(point)) {
-      ++outside_;
-      return;
-    }
-    clusterer_.Add(point);
-    step_.Add(point);
-    min_ = min_.cwiseMin(point);
-    max_ = max_.cwiseMax(point);
-    ++points_;
-  }
-
-  StationModel Finish() const {
-    StationModel model;
-    model.leaves = clusterer_.Finish();
-    model.lattice = lattice_;
-    model.min = min_;
-    model.max = max_;
-    model.points = points_;
-    return model;
-  }
-  std::uint64_t outside() const { return outside_; }
-  double step_rad() const { return step_.Radians(); }
-
- private:
-  VoxelLattice lattice_;
-  VoxelClusterer clusterer_;
-  AngularStep step_;
-  Eigen::Vector3d min_ = Eigen::Vector3d::Constant(HUGE_VAL);
-  Eigen::Vector3d max_ = Eigen::Vector3d::Constant(-HUGE_VAL);
-  std::uint64_t points_ = 0;
-  std::uint64_t outside_ = 0;
-};
 
 /// The lattice is centred on the first point, so that scans in large coordinates fit it too, and
 /// turned by nothing: the choice does not matter to what is computed from the clusters.
@@ -85,6 +48,12 @@ struct OutOfRange {
     nearest_m = std::min(nearest_m, range_m);
     farthest_m = std::max(farthest_m, range_m);
   }
+  void Add(const OutOfRange& other) {
+    nearer += other.nearer;
+    farther += other.farther;
+    nearest_m = std::min(nearest_m, other.nearest_m);
+    farthest_m = std::max(farthest_m, other.farthest_m);
+  }
   std::string Describe(const IngestOptions& options) const {
     std::string text;
     if (nearer > 0) {
@@ -96,6 +65,110 @@ struct OutOfRange {
     }
     return text;
   }
+};
+
+/// What is known of all points, in whatever order they come.
+struct Extremes {
+  explicit Extremes(const Eigen::Vector3d& scanner) : step(scanner) {}
+
+  AngularStep step;
+  Eigen::Vector3d min = Eigen::Vector3d::Constant(HUGE_VAL);
+  Eigen::Vector3d max = Eigen::Vector3d::Constant(-HUGE_VAL);
+  std::uint64_t points = 0;
+  std::uint64_t outside = 0;  ///< of the lattice
+  OutOfRange out;
+
+  void Add(const Extremes& other) {
+    step.Add(other.step);
+    min = min.cwiseMin(other.min);
+    max = max.cwiseMax(other.max);
+    points += other.points;
+    outside += other.outside;
+    out.Add(other.out);
+  }
+};
+
+/// A place for chunks on their way into voxels.
+struct Slot {
+  explicit Slot(const Eigen::Vector3d& scanner) : extremes(scanner) {}
+
+  VoxelShards::Batch batch;
+  bool is_placed = false;  ///< the chunk's points are in the batch
+  Extremes extremes;       ///< of all chunks that came through here
+};
+
+/// One pass over a scan. Points are placed in their voxels by all threads, chunk by chunk, and
+/// added voxel by voxel in their order, so that nothing depends on the number of threads.
+class Pass {
+ public:
+  Pass(const Eigen::Vector3d& scanner, const IngestOptions& options,
+       const ExecutionContext& context)
+      : scanner_(scanner),
+        options_(options),
+        context_(context),
+        slots_(context.StreamSlots(), Slot(scanner)) {}
+
+  void Run(ScanReader& reader) {
+    StreamScan(
+        reader, slots_.size(), context_,
+        [this](std::size_t slot, const PointChunk& points) {
+          slots_[slot].is_placed = has_lattice_;  // the first points settle it
+          if (slots_[slot].is_placed) Place(points, &slots_[slot]);
+        },
+        [this](std::size_t slot, const PointChunk& points) {
+          if (!has_lattice_ && !points.empty()) Begin(points);
+          if (!slots_[slot].is_placed) Place(points, &slots_[slot]);
+          if (shards_) shards_->Add(slots_[slot].batch, context_);
+        });
+  }
+
+  Extremes FindExtremes() const {
+    Extremes all(scanner_);
+    for (const Slot& slot : slots_) all.Add(slot.extremes);
+    return all;
+  }
+  const VoxelLattice& lattice() const { return lattice_; }
+  std::vector<VoxelLeaf> Leaves() const {
+    return shards_ ? shards_->Finish() : std::vector<VoxelLeaf>();
+  }
+
+ private:
+  void Begin(const PointChunk& points) {
+    lattice_ = LatticeAround(points, options_.resolution_m);
+    shards_.emplace(lattice_);
+    has_lattice_ = true;
+  }
+
+  void Place(const PointChunk& chunk, Slot* slot) const {
+    Extremes& all = slot->extremes;
+    slot->batch.Clear();
+    for (std::size_t i = 0; i < chunk.size(); ++i) {
+      const Eigen::Vector3d point(chunk.x[i], chunk.y[i], chunk.z[i]);
+      const double range = (point - scanner_).norm();
+      if (range < options_.min_range_m) {
+        ++all.out.nearer;
+      } else if (range > options_.max_range_m) {
+        all.out.AddFarther(range);
+      } else if (!lattice_.Contains(point)) {
+        ++all.outside;
+      } else {
+        slot->batch.Add(lattice_, point);
+        all.step.Add(point);
+        all.min = all.min.cwiseMin(point);
+        all.max = all.max.cwiseMax(point);
+        ++all.points;
+      }
+    }
+    slot->batch.Sort();
+  }
+
+  Eigen::Vector3d scanner_;
+  const IngestOptions& options_;
+  const ExecutionContext& context_;
+  VoxelLattice lattice_;
+  std::atomic<bool> has_lattice_ = false;
+  std::optional<VoxelShards> shards_;
+  std::vector<Slot> slots_;
 };
 
 InputError TooFewLeaves(const IngestResult& result, const OutOfRange& out, std::size_t fewest,
@@ -137,34 +210,21 @@ IngestResult IngestScan(const std::string& station_id, ScanReader& reader,
                         const std::optional<Eigen::Vector3d>& scanner_origin,
                         const IngestOptions& options, const ExecutionContext& context) {
   IngestResult result;
-  std::optional<Pass> pass;
-  PointChunk chunk;
-  OutOfRange out;
-  const Eigen::Vector3d origin = scanner_origin.value_or(Eigen::Vector3d::Zero());
-  while (reader.Next(chunk)) {
-    context.CheckStop();
-    if (!pass && !chunk.empty()) {
-      pass.emplace(LatticeAround(chunk, options.resolution_m), origin);
-    }
-    for (std::size_t i = 0; i < chunk.size(); ++i) {
-      const Eigen::Vector3d point(chunk.x[i], chunk.y[i], chunk.z[i]);
-      const double range = (point - origin).norm();
-      if (range < options.min_range_m) {
-        ++out.nearer;
-      } else if (range > options.max_range_m) {
-        out.AddFarther(range);
-      } else {
-        pass->Add(point);
-      }
-    }
-  }
+  Pass pass(scanner_origin.value_or(Eigen::Vector3d::Zero()), options, context);
+  pass.Run(reader);
+  const Extremes extremes = pass.FindExtremes();
+  const OutOfRange& out = extremes.out;
   result.tally = reader.tally();
   result.out_of_range = out.nearer + out.farther;
-  if (pass) result.model = pass->Finish();
   result.model.id = station_id;
-  if (pass && pass->outside() > 0) {
+  result.model.lattice = pass.lattice();
+  result.model.leaves = pass.Leaves();
+  result.model.min = extremes.min;
+  result.model.max = extremes.max;
+  result.model.points = extremes.points;
+  if (extremes.outside > 0) {
     result.notes.push_back(fmt::format("{} points farther than {:.0f} m from the rest were dropped",
-                                       pass->outside(),
+                                       extremes.outside,
                                        options.resolution_m * VoxelLattice::kHalfRange));
   }
   constexpr std::size_t kFewestLeaves = 100;
@@ -183,7 +243,7 @@ IngestResult IngestScan(const std::string& station_id, ScanReader& reader,
                     "scanner's frame; give scanner_origin_m if you know it",
                     center.norm()));
   }
-  MoveToInstrument(PixelDegrees(pass->step_rad(), options), &result.model);
+  MoveToInstrument(PixelDegrees(extremes.step.Radians(), options), &result.model);
   return result;
 }
 

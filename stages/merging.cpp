@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "core/voxel_grid.h"
+#include "io/scan_stream.h"
 
 namespace backsight {
 namespace {
@@ -16,8 +17,8 @@ bool IsMoving(const MergeStation& station, const Eigen::Vector3d& point) {
 
 /// A chunk on its way from the scan to the cloud.
 struct Passage {
-  PointChunk scanned;
-  std::vector<std::uint32_t> wanted;    ///< places in `scanned`
+  const PointChunk* scanned = nullptr;
+  std::vector<std::uint32_t> wanted;    ///< places in *scanned
   std::vector<Eigen::Vector3d> placed;  ///< of these, in the shared frame
   PointChunk out;
 };
@@ -68,8 +69,8 @@ void Crop(const MergeOptions& options, Passage* passage) {
 void Select(const MergeStation& station, const MergeOptions& options, Passage* passage) {
   passage->wanted.clear();
   passage->placed.clear();
-  for (std::uint32_t i = 0; i < passage->scanned.size(); ++i) {
-    const Eigen::Vector3d point = PointAt(passage->scanned, i);
+  for (std::uint32_t i = 0; i < passage->scanned->size(); ++i) {
+    const Eigen::Vector3d point = PointAt(*passage->scanned, i);
     if (!IsUsable(station, options, point)) continue;
     passage->wanted.push_back(i);
     passage->placed.push_back(Placed(station, point));
@@ -84,13 +85,14 @@ void ForEachChunk(const MergeStation& station, const MergeOptions& options,
                   const std::function<void(Passage*)>& take) {
   const std::unique_ptr<ScanReader> reader = station.open();
   std::vector<Passage> passages(context.StreamSlots());
-  context.Stream(
-      passages.size(), [&](std::size_t slot) { return reader->Next(passages[slot].scanned); },
-      [&](std::size_t slot) {
+  StreamScan(
+      *reader, passages.size(), context,
+      [&](std::size_t slot, const PointChunk& points) {
+        passages[slot].scanned = &points;
         Select(station, options, &passages[slot]);
         work(&passages[slot]);
       },
-      [&](std::size_t slot) { take(&passages[slot]); });
+      [&](std::size_t slot, const PointChunk&) { take(&passages[slot]); });
   if (station.require_unchanged) station.require_unchanged();
 }
 
@@ -118,7 +120,7 @@ void Append(const PointChunk& from, std::size_t i, const Eigen::Vector3d& point,
 /// be in it.
 void Fill(const MergeStation& station, const MergeOptions& options,
           const std::vector<std::uint32_t>& chosen, Passage* passage) {
-  const PointChunk& from = passage->scanned;
+  const PointChunk& from = *passage->scanned;
   std::vector<Eigen::Vector3d> points;
   points.reserve(chosen.size());
   for (const std::uint32_t k : chosen) {
@@ -169,7 +171,7 @@ ThinnedCloud Thin(const std::vector<MergeStation>& stations, const MergeOptions&
         station, options, context, [](Passage*) {},
         [&](const Passage* passage) {
           for (std::size_t k = 0; k < passage->wanted.size(); ++k) {
-            const Eigen::Vector3d scanned = PointAt(passage->scanned, passage->wanted[k]);
+            const Eigen::Vector3d scanned = PointAt(*passage->scanned, passage->wanted[k]);
             cloud.thinning.Offer({s, cloud.points[s]++}, passage->placed[k],
                                  UncertaintyOf(station, scanned));
           }

@@ -24,6 +24,7 @@ IO_TYPES_FOR_STAGES = {
     "io/external_sort.h",
     "io/run_records.h",
     "io/scan_reader.h",
+    "io/scan_stream.h",
     "io/scene_description.h",
     "io/survey_project.h",
 }

@@ -9,15 +9,17 @@
 #include <limits>
 
 #include "core/error.h"
+#include "core/execution.h"
 #include "core/random.h"
 #include "io/cloud_writer.h"
 #include "io/e57/e57_writer.h"
 #include "io/ptx_writer.h"
 #include "io/scan_reader.h"
+#include "io/scan_stream.h"
 #include "tests/benchmarks/pcl_clouds.h"
 
-// How fast scan files are read and LAS is written, one thread, beside what `cat` and PCL's readers
-// need for the same files: scan_files_benchmark [MILLIONS OF POINTS].
+// How fast scan files are read, on one thread unless stated, and LAS is written, beside what `cat`
+// and PCL's readers need for the same files: scan_files_benchmark [MILLIONS OF POINTS].
 
 namespace backsight {
 namespace {
@@ -121,6 +123,15 @@ void ReadScan(const std::string& path, const Scan& scan) {
   BACKSIGHT_CHECK(static_cast<double>(reader->tally().points) == scan.Points(), "points are lost");
 }
 
+/// The same on all threads.
+void StreamFile(const std::string& path, const Scan& scan) {
+  const std::unique_ptr<ScanReader> reader = OpenScan(path);
+  const ExecutionContext context(0);
+  const auto nothing = [](std::size_t, const PointChunk&) {};
+  StreamScan(*reader, context.StreamSlots(), context, nothing, nothing);
+  BACKSIGHT_CHECK(static_cast<double>(reader->tally().points) == scan.Points(), "points are lost");
+}
+
 /// The shortest of several runs.
 double SecondsOf(const std::function<void()>& work) {
   double best = std::numeric_limits<double>::infinity();
@@ -173,8 +184,10 @@ void Run(double millions) {
   read("read E57, scaled integers", file("scaled.e57"));
   WritePtx(file("scan.ptx"), scan);
   read("read PTX", file("scan.ptx"));
+  report("the same, all threads", file("scan.ptx"), [&] { StreamFile(file("scan.ptx"), scan); });
   WriteCloud(file("scan.las"), scan, &CreateLasWriter);
   read("read LAS", file("scan.las"));
+  report("the same, all threads", file("scan.las"), [&] { StreamFile(file("scan.las"), scan); });
   WriteCloud(file("scan.ply"), scan, &CreatePlyWriter);
   read("read PLY, double", file("scan.ply"));
   WriteCloud(file("scan.pcd"), scan, &CreatePcdWriter);

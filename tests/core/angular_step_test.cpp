@@ -42,7 +42,47 @@ TEST(AngularStep, IsTheMeanOfTwoStepsAndGrowsWhereBeamsDoNotReturn) {
 
 TEST(AngularStep, IsZeroWithoutPoints) {
   EXPECT_EQ(AngularStep(Eigen::Vector3d::Zero()).Radians(), 0.0);
-  ;
+}
+
+/// Every cell that a point lies in, looked for one by one.
+double StepByCells(const std::vector<Eigen::Vector3d>& points, const Eigen::Vector3d& scanner) {
+  RangeImage covered(scanner, 2.0);
+  for (const Eigen::Vector3d& point : points) covered.Add(point);
+  const auto cells = static_cast<double>(covered.Measured());
+  return covered.PixelAngle() * std::sqrt(cells / static_cast<double>(points.size()));
+}
+
+TEST(AngularStep, CoversWhatIsFoundCellByCell) {
+  const Eigen::Vector3d scanner(700.0, -90.0, 3.0);
+  Random random(11);
+  std::vector<Eigen::Vector3d> points;
+  const auto add = [&](double polar, double azimuth, double range) {
+    points.push_back(scanner + range * Eigen::Vector3d(std::sin(polar) * std::cos(azimuth),
+                                                       std::sin(polar) * std::sin(azimuth),
+                                                       std::cos(polar)));
+  };
+  // Lines that creep across borders of cells, by less than any margin and by more, along borders,
+  // through the poles and across azimuth 180 degrees.
+  for (int line = 0; line < 300; ++line) {
+    const double step = std::pow(10.0, random.Uniform(-9.0, -2.0));
+    const double polar = 2.0 * kDegree * static_cast<double>(random.Index(91)) - 20 * step;
+    const double azimuth = 2.0 * kDegree * static_cast<double>(random.Index(181)) - 20 * step;
+    for (int i = 0; i < 40; ++i) {
+      const double range = random.Uniform(0.5, 90.0);
+      if (line % 3 != 0) add(polar + i * step, azimuth + 0.01, range);
+      if (line % 3 != 1) add(polar + 0.01, azimuth + i * step, range);
+    }
+  }
+  points.push_back(scanner);
+  AngularStep whole(scanner);
+  std::vector<AngularStep> parts(3, AngularStep(scanner));
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    whole.Add(points[i]);
+    parts[i / 1000 % 3].Add(points[i]);
+  }
+  EXPECT_EQ(whole.Radians(), StepByCells(points, scanner));
+  for (const AngularStep& part : {parts[1], parts[2]}) parts[0].Add(part);
+  EXPECT_EQ(parts[0].Radians(), whole.Radians());
 }
 
 }  // namespace

@@ -97,7 +97,7 @@ TEST(PtsReader, ReadsAcrossChunks) {
   std::string text = "140000\n";
   for (int i = 0; i < 140000; ++i) text += std::to_string(i) + " 1 2\n";
   const auto scan = ReadWhole(dir.File("a.pts", text));
-  EXPECT_EQ(scan.chunks, 3U);
+  EXPECT_EQ(scan.chunks, 9U);
   EXPECT_EQ(scan.points.x.back(), 139999.0);
 }
 

@@ -72,7 +72,7 @@ TEST(PtxReader, ReadsAcrossChunks) {
     text += i % 5 == 0 ? "0 0 0 0.5\n" : std::to_string(i) + " 1 2 0.25\n";
   }
   const auto scan = ReadWhole(dir.File("a.ptx", text));
-  EXPECT_EQ(scan.chunks, 3U);
+  EXPECT_EQ(scan.chunks, 9U);
   EXPECT_EQ(scan.tally.records, 135000U);
   EXPECT_EQ(scan.tally.no_return, 27000U);
   EXPECT_EQ(scan.points.x.front(), 1.0);

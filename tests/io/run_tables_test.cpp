@@ -192,12 +192,14 @@ TEST(RunJson, ManifestHoldsOptionsInputsAndTimes) {
   manifest.project_path = "bad \xff byte";
   manifest.options = "registration.resolution_m=0.1\n";
   manifest.inputs = {{"scans/S1.ptx", "00ff"}};
-  manifest.stages = {{"ingest", 1.5}};
+  manifest.stages = {{"ingest", 1.5, 2.4, 0.2}};
   manifest.clouds = {{"out/merged.las", 1234567890123}};
   const auto json = nlohmann::ordered_json::parse(ManifestJson(manifest));
   EXPECT_EQ(json["schema_version"], 1);
   EXPECT_EQ(json["inputs"][0]["fingerprint"], "00ff");
   EXPECT_EQ(json["stages"][0]["seconds"], 1.5);
+  EXPECT_EQ(json["stages"][0]["processor_s"], 2.4);
+  EXPECT_EQ(json["stages"][0]["idle_share"], 0.2);
   EXPECT_EQ(json["options"], manifest.options);
   EXPECT_EQ(json["clouds"][0]["bytes"], 1234567890123);
 }

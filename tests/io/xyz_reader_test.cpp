@@ -241,7 +241,7 @@ TEST(XyzReader, ReadsAcrossChunks) {
   std::string text;
   for (int i = 0; i < 131073; ++i) text += std::to_string(i) + ".5 0 0 -100 1 2 3\n";
   const auto scan = ReadWhole(dir.File("a.xyz", text));
-  EXPECT_EQ(scan.chunks, 3U);
+  EXPECT_EQ(scan.chunks, 9U);
   EXPECT_FALSE(scan.info.point_count);
   EXPECT_EQ(scan.points.x.back(), 131072.5);
   EXPECT_TRUE(scan.info.has_rgb);

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "core/error.h"
+#include "core/random.h"
 
 namespace backsight {
 namespace {
@@ -53,6 +54,79 @@ class BoxScan : public ScanReader {
 IngestResult Ingest(const Eigen::Vector3d& scanner, double step_deg) {
   BoxScan scan(scanner, step_deg);
   return IngestScan("S1", scan, scanner, IngestOptions{}, ExecutionContext{});
+}
+
+/// Some chunks of a hall's points, empty ones first.
+class ChunkedScan : public ScanReader {
+ public:
+  explicit ChunkedScan(std::vector<PointChunk> chunks) : chunks_(std::move(chunks)) {
+    info_.path = "chunks";
+  }
+  const ScanInfo& info() const override { return info_; }
+  const ScanTally& tally() const override { return tally_; }
+  bool Next(PointChunk& chunk) override {
+    chunk.Clear();
+    if (next_ == chunks_.size()) return false;
+    chunk = chunks_[next_++];
+    return true;
+  }
+
+ private:
+  std::vector<PointChunk> chunks_;
+  std::size_t next_ = 0;
+  ScanInfo info_;
+  ScanTally tally_;
+};
+
+std::vector<PointChunk> HallChunks(const Eigen::Vector3d& center) {
+  Random random(4);
+  std::vector<PointChunk> chunks(2);
+  for (int c = 0; c < 25; ++c) {
+    PointChunk& chunk = chunks.emplace_back();
+    for (std::uint64_t i = random.Index(3000); i > 0; --i) {
+      const double far = random.Index(500) == 0 ? 400.0 : 1.0;
+      chunk.x.push_back(center.x() + far * random.Uniform(-6, 6));
+      chunk.y.push_back(center.y() + far * random.Uniform(-4, 4));
+      chunk.z.push_back(center.z() + random.Uniform(-1, 2));
+    }
+  }
+  return chunks;
+}
+
+TEST(Ingest, HasTheBitsOfOnePointAfterTheOtherForAnyThreads) {
+  for (const Eigen::Vector3d& center : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(5e5, 6e6, 80)}) {
+    const std::vector<PointChunk> chunks = HallChunks(center);
+    const Eigen::Vector3d first(chunks[2].x[0], chunks[2].y[0], chunks[2].z[0]);
+    VoxelLattice lattice{.edge_m = 0.1};
+    if (center.x() > 0.0) lattice.origin = first.array().round();
+    VoxelClusterer clusterer(lattice);
+    std::uint64_t points = 0;
+    for (const PointChunk& chunk : chunks) {
+      for (std::size_t i = 0; i < chunk.size(); ++i) {
+        const Eigen::Vector3d point(chunk.x[i], chunk.y[i], chunk.z[i]);
+        const double range = (point - center).norm();
+        if (range < 0.5 || range > 1000.0) continue;
+        clusterer.Add(point);
+        ++points;
+      }
+    }
+    const std::vector<VoxelLeaf> expected = clusterer.Finish();
+    for (const int threads : {1, 2, 6}) {
+      ChunkedScan scan(chunks);
+      const IngestResult result =
+          IngestScan("S1", scan, center, IngestOptions{}, ExecutionContext(threads));
+      EXPECT_EQ(result.model.points, points);
+      EXPECT_GT(result.out_of_range, 0U);
+      ASSERT_EQ(result.model.leaves.size(), expected.size());
+      for (std::size_t i = 0; i < expected.size(); ++i) {
+        const PointCluster& found = result.model.leaves[i].cluster;
+        ASSERT_EQ(result.model.leaves[i].key, expected[i].key);
+        ASSERT_EQ(found.count, expected[i].cluster.count);
+        ASSERT_EQ(found.mean, Eigen::Vector3d(expected[i].cluster.mean - center));
+        ASSERT_EQ(found.scatter, expected[i].cluster.scatter);
+      }
+    }
+  }
 }
 
 TEST(Ingest, PixelsAreAsWideAsTheBeamsAreApart) {
