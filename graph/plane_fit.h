@@ -28,9 +28,13 @@ class ClusterSum {
   }
   /// Of all that was added, at least one cluster.
   PointCluster Sum() const {
-    PointCluster sum{count_, origin_ + first_ / count_, {}};
-    sum.scatter << xx_, xy_, xz_, xy_, yy_, yz_, xz_, yz_, zz_;
-    sum.scatter.noalias() -= first_ * (first_ / count_).transpose();
+    const Eigen::Vector3d offset = first_ / count_;
+    PointCluster sum{count_, origin_ + offset, {}};
+    const double xy = xy_ - first_.y() * offset.x();
+    const double xz = xz_ - first_.z() * offset.x();
+    const double yz = yz_ - first_.z() * offset.y();
+    sum.scatter << xx_ - first_.x() * offset.x(), xy, xz, xy, yy_ - first_.y() * offset.y(), yz, xz,
+        yz, zz_ - first_.z() * offset.z();
     return sum;
   }
 
