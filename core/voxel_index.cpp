@@ -73,12 +73,14 @@ class VoxelIndex::Search {
   std::optional<Neighbor> Run() {
     const int x = cell_.x();
     const int y = cell_.y();
-    VisitRow(x, y, cell_.z(), cell_.z());
+    if (const Brick* own = Cached({x >> 3, y >> 3, cell_.z() >> 3}); own != nullptr) {
+      VisitCells(*own, x & 7, std::uint64_t{1} << (8 * (y & 7) + (cell_.z() & 7)));
+    }
     for (int dx = 0; dx <= reach_; ++dx) {
       for (const int sx : {x + dx, x - dx}) {
         const double in_x = Gap(place_.x(), sx);
         if (in_x * in_x > Bound()) continue;
-        VisitSlice(sx, y, in_x * in_x);
+        VisitSlice(sx, in_x * in_x);
         if (dx == 0) break;
       }
     }
@@ -94,33 +96,41 @@ class VoxelIndex::Search {
   }
   double Bound() const { return best_.others_squared_m2 * per_square_; }
 
-  void VisitSlice(int x, int y, double in_x2) {
-    for (int dy = 0; dy <= reach_; ++dy) {
-      for (const int sy : {y + dy, y - dy}) {
-        const double in_y = Gap(place_.y(), sy);
-        const double rest = Bound() - in_x2 - in_y * in_y;
-        if (rest >= 0.0) {
-          const double reach = std::sqrt(rest) + kRounding;
-          VisitRow(x, sy, static_cast<int>(std::floor(place_.z() - reach)),
-                   static_cast<int>(std::floor(place_.z() + reach)));
-        }
-        if (dy == 0) break;
+  /// The cells of a slice across x that are within the bound in y and in z.
+  void VisitSlice(int x, double in_x2) {
+    const double rest = Bound() - in_x2;
+    if (rest < 0.0) return;
+    const double reach = std::sqrt(rest) + kRounding;
+    const int y_first = FloorOf(place_.y() - reach);
+    const int y_last = FloorOf(place_.y() + reach);
+    const int z_first = FloorOf(place_.z() - reach);
+    const int z_last = FloorOf(place_.z() + reach);
+    for (int in_y = y_first >> 3; in_y <= y_last >> 3; ++in_y) {
+      for (int in_z = z_first >> 3; in_z <= z_last >> 3; ++in_z) {
+        const Brick* brick = Cached({x >> 3, in_y, in_z});
+        if (brick == nullptr) continue;
+        const std::uint64_t rows = Run(y_first - 8 * in_y, y_last - 8 * in_y, 8);
+        const std::uint64_t row = Run(z_first - 8 * in_z, z_last - 8 * in_z, 1) & 0xFFU;
+        VisitCells(*brick, x & 7, rows & (row * 0x0101010101010101U));
       }
     }
   }
 
-  /// The cells from z `first` to `last` of a row.
-  void VisitRow(int x, int y, int first, int last) {
-    for (int in_z = first >> 3; in_z <= last >> 3; ++in_z) {
-      const Brick* brick = Cached({x >> 3, y >> 3, in_z});
-      if (brick == nullptr) continue;
-      const int from = std::max(first - 8 * in_z, 0);
-      const int to = std::min(last - 8 * in_z, 7);
-      const std::uint64_t row = brick->masks[static_cast<std::size_t>(x & 7)] >> (8 * (y & 7));
-      for (std::uint64_t bits = row & (0xFFU >> (7 - to)) & (0xFFU << from); bits != 0;
-           bits &= bits - 1) {
-        Offer(index_.order_[VoxelBefore(*brick, x & 7, 8 * (y & 7) + std::countr_zero(bits))]);
-      }
+  /// The bits from place `first` to place `last`, cut to 0 .. 7, each place `width` bits.
+  static std::uint64_t Run(int first, int last, int width) {
+    const int from = width * std::max(first, 0);
+    const int beyond = width * (7 - std::min(last, 7));
+    return (~std::uint64_t{0} << from) & (~std::uint64_t{0} >> (64 - 8 * width + beyond));
+  }
+  static int FloorOf(double value) {
+    const int cut = static_cast<int>(value);
+    return cut > value ? cut - 1 : cut;
+  }
+
+  void VisitCells(const Brick& brick, int x, std::uint64_t wanted) {
+    for (std::uint64_t bits = brick.masks[static_cast<std::size_t>(x)] & wanted; bits != 0;
+         bits &= bits - 1) {
+      Offer(index_.order_[VoxelBefore(brick, x, std::countr_zero(bits))]);
     }
   }
 
@@ -139,14 +149,13 @@ class VoxelIndex::Search {
     }
   }
 
-  /// The brick asked for last is mostly the one that is asked for next.
+  /// The bricks around the query, up to two along each axis, are each looked up once.
   const Brick* Cached(const Eigen::Vector3i& brick) {
-    if (!asked_ || brick != last_) {
-      last_ = brick;
-      last_brick_ = index_.BrickAt(brick);
-      asked_ = true;
-    }
-    return last_brick_;
+    const auto slot =
+        static_cast<std::size_t>((brick.x() & 1) << 2 | (brick.y() & 1) << 1 | (brick.z() & 1));
+    Place& place = bricks_[slot];
+    if (!place.asked || brick != place.at) place = {true, brick, index_.BrickAt(brick)};
+    return place.brick;
   }
 
   const VoxelIndex& index_;
@@ -158,9 +167,12 @@ class VoxelIndex::Search {
   int reach_ = 0;
   Neighbor best_;
   bool found_ = false;
-  bool asked_ = false;
-  Eigen::Vector3i last_ = Eigen::Vector3i::Zero();
-  const Brick* last_brick_ = nullptr;
+  struct Place {
+    bool asked = false;
+    Eigen::Vector3i at = Eigen::Vector3i::Zero();
+    const Brick* brick = nullptr;
+  };
+  std::array<Place, 8> bricks_{};
 };
 
 std::optional<VoxelIndex::Neighbor> VoxelIndex::Nearest(std::span<const Eigen::Vector3d> points,

@@ -66,7 +66,10 @@ std::vector<NodePartners> FindPartners(const Correspondences& c, const PairColum
 class HypothesisList {
  public:
   HypothesisList(std::size_t capacity, const Eigen::Vector3d& centroid, double resolution_m)
-      : capacity_(capacity), centroid_(centroid), near_m_(6.0 * resolution_m) {}
+      : capacity_(capacity),
+        nearness_{centroid, 2.0 * std::numbers::pi / 180.0, 6.0 * resolution_m} {}
+
+  KnownHypotheses Known() const { return {list_, nearness_}; }
 
   /// A hypothesis must gather more than this to enter.
   int EntryBar() const { return list_.size() < capacity_ ? 3 : list_.back().consensus; }
@@ -88,14 +91,11 @@ class HypothesisList {
 
  private:
   bool Near(const EdgeHypothesis& a, const EdgeHypothesis& b) const {
-    constexpr double kNearAngle = 2.0 * std::numbers::pi / 180.0;
-    return (a.target_from_source * centroid_ - b.target_from_source * centroid_).norm() < near_m_ &&
-           RotationAngle(a.target_from_source.rotation, b.target_from_source.rotation) < kNearAngle;
+    return nearness_.IsNear(a.target_from_source, b.target_from_source);
   }
 
   std::size_t capacity_;
-  Eigen::Vector3d centroid_;
-  double near_m_;
+  HypothesisNearness nearness_;
   std::vector<EdgeHypothesis> list_;
 };
 
@@ -116,7 +116,7 @@ std::vector<EdgeHypothesis> FindEdgeHypotheses(const Correspondences& c,
   EdgeEvaluator evaluator(c, columns, 2.0 * options.resolution_m, options.upright);
   for (const NodePartners& node : FindPartners(c, columns, options, context)) {
     for (const std::uint32_t partner : node.partners) {
-      const auto hypothesis = evaluator.Evaluate(node.node, partner, best.EntryBar());
+      const auto hypothesis = evaluator.Evaluate(node.node, partner, best.EntryBar(), best.Known());
       if (hypothesis) best.Insert(*hypothesis);
     }
   }

@@ -30,20 +30,6 @@ Eigen::Matrix3d MinimalRotation(const Eigen::Vector3d& a, const Eigen::Vector3d&
   return Eigen::Quaterniond::FromTwoVectors(a, b).toRotationMatrix();
 }
 
-/// Grows with the direction's angle from 0 to 4 in a turn, by at most 1 per radian.
-double PseudoAngle(double x, double y) {
-  const double p = y / (std::abs(x) + std::abs(y));
-  if (x < 0.0) return 2.0 - p;
-  return p < 0.0 ? 4.0 + p : p;
-}
-
-/// No less than the arc cosine of `cosine`, by little where that is small:
-/// acos(k) = 2 asin(x), x = sqrt((1 - k) / 2), and asin(x) <= x + (pi / 2 - 1) x^3.
-double ArcCosineBound(double cosine) {
-  const double x2 = std::max(0.5 * (1.0 - cosine), 0.0);
-  return 2.0 * std::sqrt(x2) * (1.0 + 0.571 * x2);
-}
-
 }  // namespace
 
 /// The edge from row i to row j: both end points and unit directions in both clouds.
@@ -58,6 +44,13 @@ struct EdgeEvaluator::Edge {
   Eigen::Vector3d source, target;            // of row i
   Eigen::Vector3d source_axis, target_axis;  // from i to j
   Eigen::Vector3d middle_shift;              // centres the length difference on both ends
+
+  /// The motion that lays the edge on its target and turns by `angle` about it.
+  RigidTransform Motion(double angle) const {
+    const Eigen::Matrix3d align = MinimalRotation(source_axis, target_axis);
+    const Eigen::Matrix3d turn = Eigen::AngleAxisd(angle, target_axis).toRotationMatrix();
+    return {turn * align, target + turn * (middle_shift - align * source)};
+  }
 };
 
 EdgeEvaluator::EdgeEvaluator(const Correspondences& c, const PairColumns& columns, double limit_m,
@@ -122,14 +115,17 @@ void EdgeEvaluator::CollectCandidates(const Edge& edge) {
   const Eigen::Vector3d u = axis.unitOrthogonal();
   const Eigen::Vector3d v = axis.cross(u);
   candidates_.clear();
+  sectors_.Clear();
   for (const std::uint32_t k : rows_) {
     const Eigen::Vector3d m = align * (c_.source[k] - edge.source) + edge.middle_shift;
     const Eigen::Vector3d q = c_.target[k] - edge.target;
-    Candidate candidate{k, m.dot(u), m.dot(v), q.dot(u), q.dot(v), q.dot(axis) - m.dot(axis)};
+    Candidate candidate{k, m.dot(u), m.dot(v), q.dot(u), q.dot(v), q.dot(axis) - m.dot(axis), {}};
     if (!CanMeet(candidate)) continue;
-    PlaceInSectors(&candidate);
+    candidate.sectors = SectorsOf(candidate);
+    sectors_.Add(candidate.sectors);
     candidates_.push_back(candidate);
   }
+  sectors_.Count();
 }
 
 /// Tight reliability of an edge (paper Eq. 5 with the alignment that must precede it): after moving
@@ -159,57 +155,87 @@ EdgeHypothesis EdgeEvaluator::Tight(const Edge& edge) {
   const StabbingResult stabbed = stabber_.Stab(intervals_);
   EdgeHypothesis hypothesis;
   hypothesis.consensus = stabbed.count;
-  const Eigen::Matrix3d align = MinimalRotation(edge.source_axis, edge.target_axis);
-  const Eigen::Matrix3d turn =
-      Eigen::AngleAxisd(stabbed.angle, edge.target_axis).toRotationMatrix();
-  hypothesis.target_from_source.rotation = turn * align;
-  hypothesis.target_from_source.translation =
-      edge.target + turn * (edge.middle_shift - align * edge.source);
+  hypothesis.target_from_source = edge.Motion(stabbed.angle);
   return hypothesis;
 }
 
-/// The sectors of its interval of angles. Angles are those of PseudoAngle, whose intervals are no
-/// wider.
-void EdgeEvaluator::PlaceInSectors(Candidate* k) const {
-  constexpr double kPerUnit = kSectors / 4.0;
-  constexpr double kRounding = 1e-7;
-  const double square_m = k->source_u * k->source_u + k->source_v * k->source_v;
-  const double square_q = k->target_u * k->target_u + k->target_v * k->target_v;
+/// The sectors of its interval of angles.
+RotationSectors::Range EdgeEvaluator::SectorsOf(const Candidate& k) const {
+  const double square_m = k.source_u * k.source_u + k.source_v * k.source_v;
+  const double square_q = k.target_u * k.target_u + k.target_v * k.target_v;
   const double product = 2.0 * std::sqrt(square_m * square_q);
-  const double rest = square_m + square_q + k->along * k->along - limit_m_ * limit_m_;
-  if (product < 1e-9 || rest <= -product) return;
-  const double half = ArcCosineBound(rest / product) + kRounding;
-  if (half > 1.0) return;
-  const double center = PseudoAngle(k->target_u * k->source_u + k->target_v * k->source_v,
-                                    k->target_v * k->source_u - k->target_u * k->source_v);
-  const auto sector = [&](double angle) {
-    return static_cast<std::uint32_t>((angle + 4.0) * kPerUnit) % kSectors;
-  };
-  k->first_sector = sector(center - half);
-  k->last_sector = sector(center + half);
+  const double rest = square_m + square_q + k.along * k.along - limit_m_ * limit_m_;
+  if (product < 1e-9 || rest <= -product) return {};
+  return RotationSectors::RangeOf(k.target_u * k.source_u + k.target_v * k.source_v,
+                                  k.target_v * k.source_u - k.target_u * k.source_v,
+                                  rest / product);
 }
 
-/// Counts the candidates of every sector, which no rotation in it can exceed, and drops those in no
-/// sector with more than `bar`: what they take part in does not matter. False if none remains.
-bool EdgeEvaluator::KeepPromising(int bar) {
-  std::array<int, kSectors + 1> changes{};
+/// Distinct key points that surely lie within the limit under this rotation.
+int EdgeEvaluator::CountAt(double angle) {
+  constexpr double kRounding = 1e-9;
+  const double limit2 = std::pow(limit_m_ - kRounding, 2);
+  const double c = std::cos(angle);
+  const double s = std::sin(angle);
+  ++count_;
+  int distinct = 0;
   for (const Candidate& k : candidates_) {
-    ++changes[k.first_sector];
-    --changes[k.last_sector + 1];
-    if (k.first_sector > k.last_sector) ++changes[0];
+    const double u = c * k.source_u - s * k.source_v - k.target_u;
+    const double v = s * k.source_u + c * k.source_v - k.target_v;
+    if (u * u + v * v + k.along * k.along > limit2) continue;
+    std::uint32_t& last = seen_[keypoint_[k.row]];
+    distinct += last != count_ ? 1 : 0;
+    last = count_;
   }
-  std::array<int, kSectors + 1> promising{};  // sectors before each that have more than `bar`
-  int count = 0;
-  for (std::size_t sector = 0; sector < kSectors; ++sector) {
-    count += changes[sector];
-    promising[sector + 1] = promising[sector] + (count > bar ? 1 : 0);
-  }
-  if (promising[kSectors] == 0) return false;
+  return distinct;
+}
+
+/// Drops the candidates in no sector with more than `bar`: what they take part in does not matter.
+/// False if none remains.
+bool EdgeEvaluator::KeepPromising(int bar) {
+  const std::vector<RotationSectors::Run>& runs = sectors_.RunsAbove(bar);
   std::erase_if(candidates_, [&](const Candidate& k) {
-    const int turn = k.first_sector > k.last_sector ? promising[kSectors] : 0;
-    return promising[k.last_sector + 1] - promising[k.first_sector] + turn == 0;
+    return std::none_of(runs.begin(), runs.end(), [&](const RotationSectors::Run& run) {
+      return k.sectors.Touches(run.begin, run.end);
+    });
   });
-  return true;
+  return !candidates_.empty();
+}
+
+/// Distinct key points of the candidates that touch any of these sectors.
+int EdgeEvaluator::DistinctIn(const RotationSectors::Run& run) {
+  ++count_;
+  int distinct = 0;
+  for (const Candidate& k : candidates_) {
+    if (!k.sectors.Touches(run.begin, run.end)) continue;
+    std::uint32_t& seen = seen_[keypoint_[k.row]];
+    distinct += seen != count_ ? 1 : 0;
+    seen = count_;
+  }
+  return distinct;
+}
+
+/// Whether every run of sectors with more than `bar` lies near a known hypothesis that gathers no
+/// fewer than the run can.
+bool EdgeEvaluator::IsKnown(const Edge& edge, int bar, const KnownHypotheses& known) {
+  constexpr double kRounding = 1e-6;
+  if (known.hypotheses.empty()) return false;
+  const std::vector<RotationSectors::Run>& runs = sectors_.RunsAbove(bar);
+  return std::all_of(runs.begin(), runs.end(), [&](const RotationSectors::Run& run) {
+    const double begin = RotationSectors::BeginOf(run.begin);
+    const double end = RotationSectors::BeginOf(run.end);
+    const double half = 0.5 * (end - begin) + kRounding;
+    if (half >= known.nearness.angle_rad) return false;
+    const RigidTransform middle = edge.Motion(0.5 * (begin + end));
+    const Eigen::Vector3d arm = middle * known.nearness.centroid - edge.target;
+    const double lever_m = arm.cross(edge.target_axis).norm() + kRounding;
+    const int most = DistinctIn(run);
+    return std::any_of(known.hypotheses.begin(), known.hypotheses.end(),
+                       [&](const EdgeHypothesis& h) {
+                         return h.consensus >= most &&
+                                known.nearness.IsNear(h.target_from_source, middle, half, lever_m);
+                       });
+  });
 }
 
 /// The same for levelled instruments: the edge's bearings give the one angle that is left. Edges
@@ -232,13 +258,16 @@ EdgeHypothesis EdgeEvaluator::Upright(const Edge& edge) {
   return hypothesis;
 }
 
-std::optional<EdgeHypothesis> EdgeEvaluator::Evaluate(std::uint32_t i, std::uint32_t j, int bar) {
+std::optional<EdgeHypothesis> EdgeEvaluator::Evaluate(std::uint32_t i, std::uint32_t j, int bar,
+                                                      const KnownHypotheses& known) {
   const Edge edge(c_, i, j);
   CollectRows(i, edge, bar);
   if (static_cast<int>(rows_.size()) <= bar || DistinctRows() <= bar) return std::nullopt;
   if (upright_) return Upright(edge);
   CollectCandidates(edge);
-  if (!KeepPromising(bar)) return std::nullopt;
+  // The best rotation gathers no fewer than that in the middle of the fullest sectors.
+  bar = std::max(bar, CountAt(sectors_.PeakAngle()) - 1);
+  if (!KeepPromising(bar) || IsKnown(edge, bar, known)) return std::nullopt;
   return Tight(edge);
 }
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <optional>
 #include <span>
 #include <vector>
@@ -9,6 +8,7 @@
 #include "graph/correspondences.h"
 #include "graph/interval_stabbing.h"
 #include "graph/pair_columns.h"
+#include "graph/rotation_sectors.h"
 
 namespace backsight {
 
@@ -17,10 +17,33 @@ struct EdgeHypothesis {
   int consensus = 0;  ///< distinct source key points within 2 l of their target
 };
 
+/// Hypotheses that are so close count as one: their rotations, and where they take the centroid.
+struct HypothesisNearness {
+  Eigen::Vector3d centroid = Eigen::Vector3d::Zero();  ///< of the source's nodes
+  double angle_rad = 0.0;
+  double distance_m = 0.0;
+
+  /// `slack_rad`: how far the one may turn beyond what it is, about an axis `lever_m` from where it
+  /// takes the centroid.
+  bool IsNear(const RigidTransform& a, const RigidTransform& b, double slack_rad = 0.0,
+              double lever_m = 0.0) const {
+    return (a * centroid - b * centroid).norm() + lever_m * slack_rad < distance_m &&
+           RotationAngle(a.rotation, b.rotation) + slack_rad < angle_rad;
+  }
+};
+
+/// What is known already: an edge does not matter if all it can say is near one of these that
+/// gathers as many.
+struct KnownHypotheses {
+  std::span<const EdgeHypothesis> hypotheses;  ///< descending consensus
+  HypothesisNearness nearness;
+};
+
 /// Reliability of edges (paper section III-C) where only those matter that gather more key points
 /// than a bar. Bounds from cheap to dear come first: rows that may lie alike with respect to the
 /// edge, the key points among them, those that some rotation about the edge can satisfy, and the
-/// most that one sector of rotations holds. Keeps its memory from edge to edge. Time O(K) per edge
+/// most that one sector of rotations holds. What the fullest sector's middle gathers, in turn,
+/// rules out all sectors that hold less. Keeps its memory from edge to edge. Time O(K) per edge
 /// that a bound rejects, O(K + n log n) for n rows that pass.
 class EdgeEvaluator {
  public:
@@ -29,28 +52,30 @@ class EdgeEvaluator {
                 const std::optional<UprightConstraint>& upright);
 
   /// The best motion about the edge from row i to row j; none where it provably gathers no more
-  /// than `bar` key points. What it returns may gather no more either.
-  std::optional<EdgeHypothesis> Evaluate(std::uint32_t i, std::uint32_t j, int bar);
+  /// than `bar` key points, or is near a known one that gathers no fewer. What it returns may be so
+  /// either.
+  std::optional<EdgeHypothesis> Evaluate(std::uint32_t i, std::uint32_t j, int bar,
+                                         const KnownHypotheses& known = {});
 
  private:
   struct Edge;
-  static constexpr std::uint32_t kSectors = 128;
   /// A row seen along the edge, after the edge was moved onto its target.
   struct Candidate {
     std::uint32_t row = 0;
     double source_u = 0.0, source_v = 0.0;  // across the edge
     double target_u = 0.0, target_v = 0.0;
-    double along = 0.0;  // target less source
-    // Sectors that its interval of rotation angles touches, round from the one to the other.
-    std::uint32_t first_sector = 0;
-    std::uint32_t last_sector = kSectors - 1;
+    double along = 0.0;              // target less source
+    RotationSectors::Range sectors;  // that its interval of rotation angles touches
   };
   void CollectRows(std::uint32_t i, const Edge& edge, int bar);
   void CollectCandidates(const Edge& edge);
   bool CanMeet(const Candidate& candidate) const;
   int DistinctRows();
-  void PlaceInSectors(Candidate* candidate) const;
+  RotationSectors::Range SectorsOf(const Candidate& candidate) const;
+  int CountAt(double angle);
   bool KeepPromising(int bar);
+  int DistinctIn(const RotationSectors::Run& run);
+  bool IsKnown(const Edge& edge, int bar, const KnownHypotheses& known);
   EdgeHypothesis Tight(const Edge& edge);
   EdgeHypothesis Upright(const Edge& edge);
 
@@ -64,6 +89,7 @@ class EdgeEvaluator {
   std::vector<std::uint32_t> found_;  // rows from the kernel
   std::vector<std::uint32_t> rows_;
   std::vector<Candidate> candidates_;
+  RotationSectors sectors_;  // of the candidates' intervals
   std::vector<AngleInterval> intervals_;
   IntervalStabber stabber_;
 };

@@ -6,7 +6,7 @@
 #include "core/execution.h"
 #include "core/point_cluster.h"
 #include "core/rigid_transform.h"
-#include "core/voxel_grid.h"
+#include "graph/cluster_list.h"
 
 namespace backsight {
 
@@ -24,22 +24,6 @@ struct PlaneAssociation {
 
 /// PlaneAssociation::cell of the cell at `depth` that `world_point` lies in.
 std::uint64_t PlaneCell(const Eigen::Vector3d& world_point, double root_edge_m, int depth);
-
-/// One station's voxel clusters, wherever they are kept; a view.
-class ClusterList {
- public:
-  ClusterList(const std::vector<PointCluster>& clusters) : clusters_(clusters) {}
-  ClusterList(const std::vector<VoxelLeaf>& leaves) : leaves_(leaves) {}
-
-  std::size_t size() const { return clusters_.size() + leaves_.size(); }
-  const PointCluster& operator[](std::size_t i) const {
-    return leaves_.empty() ? clusters_[i] : leaves_[i].cluster;
-  }
-
- private:
-  std::span<const PointCluster> clusters_;
-  std::span<const VoxelLeaf> leaves_;
-};
 
 /// Adaptive octree plane search on clusters (docs/stages/fine_registration.md; the paper leaves its
 /// details open). A lattice cell is split until what each station has in it is one thin plane and
@@ -59,9 +43,9 @@ struct PlaneSearchOptions {
 /// `clusters[s]` are station s's voxel clusters in its own frame, `poses[s]` its
 /// world_from_station; a cluster belongs to the cell its mean lies in. Planes come in the order of
 /// their lattice cells; the world lattice passes through the world's origin. `context` (may be
-/// null: one thread) changes the time only. Time O(clusters * depth). Memory: 24 bytes for each
-/// cluster in a root cell that two or more stations see, and the planes found; the clusters
-/// themselves are moved to the world one cell at a time.
+/// null: one thread) changes the time only. Time O(clusters * depth). Memory: 4 bytes for each
+/// cluster, 8 for each in a root cell that two or more stations see, and the planes found; sums are
+/// formed in the stations' frames and moved to the world, not the clusters.
 std::vector<PlaneAssociation> FindPlanes(std::span<const ClusterList> clusters,
                                          std::span<const RigidTransform> poses,
                                          const PlaneSearchOptions& options,

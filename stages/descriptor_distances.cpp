@@ -1,136 +1,137 @@
 #include "stages/descriptor_distances.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <limits>
 #include <vector>
 
-// Highway compiles this file once for every instruction set and picks one at run time.
-#undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "stages/descriptor_distances.cpp"
-#include <hwy/foreach_target.h>
-#include <hwy/highway.h>
+#include "stages/descriptor_grid.h"
 
-HWY_BEFORE_NAMESPACE();
 namespace backsight {
-namespace HWY_NAMESPACE {
+namespace {
 
-namespace hn = hwy::HWY_NAMESPACE;
-
-constexpr std::size_t kStep = 16;   // columns that are looked at together
-constexpr std::size_t kRows = 4;    // rows whose products are formed together
 constexpr std::size_t kTile = 256;  // columns whose bins stay in the first cache
-using Tag = hn::CappedTag<float, kStep>;
+constexpr std::int32_t kNoLimit = std::int32_t{1} << 30;
 
-/// Puts a neighbour in its place among the k nearest; equal distances stay in the order of coming.
-HWY_INLINE void Offer(float squared, std::size_t index, std::size_t k, DescriptorNeighbor* list) {
-  if (!(squared < list[k - 1].squared)) return;
-  std::size_t place = k - 1;
-  for (; place > 0 && squared < list[place - 1].squared; --place) list[place] = list[place - 1];
-  list[place] = {squared, static_cast<std::uint32_t>(index)};
-}
+/// From distances to those of the grid, rounded so that nothing is missed.
+struct Rounding {
+  double steps_per_unit;
+  double both_errors;  // of two descriptors together, steps
 
-/// What a search keeps: lists of both sides and every column's k-th distance once more, in vectors.
-struct Lists {
-  std::size_t k;
-  DescriptorNeighbor* of_rows;
-  DescriptorNeighbor* of_columns;
-  float* column_limits;
+  /// More than half the squared distance on the grid of what is no farther than this.
+  std::int32_t HalfLimit(double squared) const {
+    return HalfLimitOf(std::sqrt(squared) * steps_per_unit + both_errors);
+  }
+  /// The same from a half squared distance on the grid itself.
+  std::int32_t HalfLimitFromGrid(double half_squared) const {
+    return HalfLimitOf(std::sqrt(2.0 * std::max(half_squared, 0.0)) + 2.0 * both_errors);
+  }
+
+ private:
+  static std::int32_t HalfLimitOf(double steps) {
+    constexpr double kUp = 1.0 + 1e-9;  // for the roundings here
+    const double half = 0.5 * steps * steps * kUp + 1.0;
+    return half < kNoLimit ? static_cast<std::int32_t>(half) : kNoLimit;
+  }
 };
 
-/// Products of kRows rows with kStep columns.
-HWY_INLINE void Multiply(const DescriptorRows& a, std::size_t row, const DescriptorColumns& b,
-                         std::size_t column, float* HWY_RESTRICT products) {
-  const Tag d;
-  const float* q = a.bins + row * kDescriptorBins;
-  for (std::size_t i = 0; i < kStep; i += hn::Lanes(d)) {
-    auto sum0 = hn::Zero(d);
-    auto sum1 = hn::Zero(d);
-    auto sum2 = hn::Zero(d);
-    auto sum3 = hn::Zero(d);
-    const float* p = b.bins + column + i;
-    for (std::size_t bin = 0; bin < kDescriptorBins; ++bin) {
-      const auto of_columns = hn::LoadU(d, p + bin * b.stride);
-      sum0 = hn::Add(sum0, hn::Mul(hn::Set(d, q[bin]), of_columns));
-      sum1 = hn::Add(sum1, hn::Mul(hn::Set(d, q[kDescriptorBins + bin]), of_columns));
-      sum2 = hn::Add(sum2, hn::Mul(hn::Set(d, q[2 * kDescriptorBins + bin]), of_columns));
-      sum3 = hn::Add(sum3, hn::Mul(hn::Set(d, q[3 * kDescriptorBins + bin]), of_columns));
+/// One side's lists of nearest neighbours, and what must be looked at to complete them.
+class Lists {
+ public:
+  Lists(const GridView& own, std::size_t k, const Rounding& rounding,
+        std::span<DescriptorNeighbor> neighbors)
+      : k_(k), rounding_(rounding), neighbors_(neighbors), limits_(own.stride, 0) {
+    std::fill_n(limits_.begin(), own.size, kNoLimit);
+    std::fill(neighbors.begin(), neighbors.end(),
+              DescriptorNeighbor{std::numeric_limits<double>::infinity(), 0});
+  }
+
+  const std::int32_t* limits() const { return limits_.data(); }
+
+  /// Upper bounds from a part of the others: the k-th of as many classes' nearest.
+  void Seed(const GridView& own, const GridView& others) {
+    const std::size_t end = others.size / kSeedShare / kGridPadding * kGridPadding;
+    if (end == 0 || k_ > kSeedClasses / 2) return;
+    std::array<std::int32_t, kRowBlock * kSeedClasses> seeds{};
+    for (std::size_t row = 0; row < own.size; row += kRowBlock) {
+      FindSeeds(own, row, others, end, seeds);
+      for (std::size_t r = 0; r < std::min(kRowBlock, own.size - row); ++r) {
+        const auto begin = seeds.begin() + static_cast<std::ptrdiff_t>(r * kSeedClasses);
+        const auto kth = begin + static_cast<std::ptrdiff_t>(k_ - 1);
+        std::nth_element(begin, kth, begin + kSeedClasses, std::greater<>());
+        limits_[row + r] = rounding_.HalfLimitFromGrid(1.0 - *kth);
+      }
     }
-    hn::Store(sum0, d, products + i);
-    hn::Store(sum1, d, products + kStep + i);
-    hn::Store(sum2, d, products + 2 * kStep + i);
-    hn::Store(sum3, d, products + 3 * kStep + i);
   }
+
+  void Offer(std::size_t own, double squared, std::size_t other) {
+    DescriptorNeighbor* list = neighbors_.data() + own * k_;
+    const DescriptorNeighbor offered{squared, static_cast<std::uint32_t>(other)};
+    if (!IsBefore(offered, list[k_ - 1])) return;
+    std::size_t place = k_ - 1;
+    for (; place > 0 && IsBefore(offered, list[place - 1]); --place) list[place] = list[place - 1];
+    list[place] = offered;
+    if (std::isfinite(list[k_ - 1].squared)) {
+      limits_[own] = std::min(limits_[own], rounding_.HalfLimit(list[k_ - 1].squared));
+    }
+  }
+
+ private:
+  static constexpr std::size_t kSeedShare = 8;
+
+  static bool IsBefore(const DescriptorNeighbor& a, const DescriptorNeighbor& b) {
+    return a.squared < b.squared || (a.squared == b.squared && a.index < b.index);
+  }
+
+  std::size_t k_;
+  Rounding rounding_;
+  std::span<DescriptorNeighbor> neighbors_;
+  std::vector<std::int32_t> limits_;
+};
+
+/// Pairs of descriptors only, first; returns their number.
+std::size_t DropPadding(std::span<GridPair> pairs, std::size_t rows, std::size_t columns) {
+  const auto end = std::remove_if(pairs.begin(), pairs.end(), [&](const GridPair& pair) {
+    return pair.row >= rows || pair.column >= columns;
+  });
+  return static_cast<std::size_t>(end - pairs.begin());
 }
 
-/// Turns a row's products into squared distances; true if any may enter a list.
-HWY_INLINE bool Compare(float square, const float* HWY_RESTRICT column_squares,
-                        const float* HWY_RESTRICT column_limits, float row_limit,
-                        float* HWY_RESTRICT products) {
-  const Tag d;
-  bool any = false;
-  for (std::size_t i = 0; i < kStep; i += hn::Lanes(d)) {
-    const auto squares = hn::Add(hn::Set(d, square), hn::LoadU(d, column_squares + i));
-    const auto twice = hn::Mul(hn::Set(d, 2.0F), hn::Load(d, products + i));
-    const auto squared = hn::Sub(squares, twice);
-    hn::Store(squared, d, products + i);
-    const auto limit = hn::Max(hn::Set(d, row_limit), hn::LoadU(d, column_limits + i));
-    any |= !hn::AllFalse(d, hn::Lt(squared, limit));
-  }
-  return any;
-}
+}  // namespace
 
-void SearchTile(const DescriptorRows& a, const DescriptorColumns& b, std::size_t begin,
-                std::size_t end, const Lists& lists) {
-  HWY_ALIGN float products[kRows * kStep];
-  for (std::size_t row = 0; row < a.rows; row += kRows) {
-    for (std::size_t column = begin; column < end; column += kStep) {
-      Multiply(a, row, b, column, products);
-      for (std::size_t r = 0; r < kRows && row + r < a.rows; ++r) {
-        float* squared = products + r * kStep;
-        DescriptorNeighbor* of_row = lists.of_rows + (row + r) * lists.k;
-        if (!Compare(a.squares[row + r], b.squares + column, lists.column_limits + column,
-                     of_row[lists.k - 1].squared, squared)) {
-          continue;
-        }
-        for (std::size_t i = 0; i < kStep && column + i < b.columns; ++i) {
-          DescriptorNeighbor* of_column = lists.of_columns + (column + i) * lists.k;
-          Offer(squared[i], column + i, lists.k, of_row);
-          Offer(squared[i], row + r, lists.k, of_column);
-          lists.column_limits[column + i] = of_column[lists.k - 1].squared;
-        }
+void FindNearestDescriptors(std::span<const FpfhDescriptor> source,
+                            std::span<const FpfhDescriptor> target, std::size_t k,
+                            std::span<DescriptorNeighbor> of_source,
+                            std::span<DescriptorNeighbor> of_target) {
+  const DescriptorGridScale scale = MakeGridScale(source, target);
+  const DescriptorGrid source_grid(source, scale);
+  const DescriptorGrid target_grid(target, scale);
+  const GridView a = source_grid.view();
+  const GridView b = target_grid.view();
+  const Rounding rounding{scale.steps_per_unit,
+                          source_grid.largest_error() + target_grid.largest_error()};
+  Lists rows(a, k, rounding, of_source);
+  Lists columns(b, k, rounding, of_target);
+  rows.Seed(a, b);
+  columns.Seed(b, a);
+  std::vector<GridPair> found(kRowBlock * kTile);
+  std::vector<double> squared(found.size());
+  for (std::size_t begin = 0; begin < b.stride; begin += kTile) {
+    const std::size_t end = std::min(begin + kTile, b.stride);
+    for (std::size_t row = 0; row < a.size; row += kRowBlock) {
+      std::size_t count =
+          FindClose(a, row, b, begin, end, {rows.limits() + row, columns.limits()}, found.data());
+      if (count == 0) continue;
+      count = DropPadding(std::span(found).first(count), a.size, b.size);
+      ComputeSquaredDistances(source.front().data(), target.front().data(),
+                              std::span(found).first(count), squared.data());
+      for (std::size_t n = 0; n < count; ++n) {
+        rows.Offer(found[n].row, squared[n], found[n].column);
+        columns.Offer(found[n].column, squared[n], found[n].row);
       }
     }
   }
 }
 
-void Search(const DescriptorRows& a, const DescriptorColumns& b, std::size_t k,
-            DescriptorNeighbor* of_rows, DescriptorNeighbor* of_columns, float* column_limits) {
-  const Lists lists{k, of_rows, of_columns, column_limits};
-  for (std::size_t begin = 0; begin < b.columns; begin += kTile) {
-    SearchTile(a, b, begin, begin + kTile < b.columns ? begin + kTile : b.columns, lists);
-  }
-}
-
-}  // namespace HWY_NAMESPACE
 }  // namespace backsight
-HWY_AFTER_NAMESPACE();
-
-#if HWY_ONCE
-namespace backsight {
-
-HWY_EXPORT(Search);
-
-void FindNearestDescriptors(const DescriptorRows& rows, const DescriptorColumns& columns,
-                            std::size_t k, std::span<DescriptorNeighbor> of_rows,
-                            std::span<DescriptorNeighbor> of_columns) {
-  constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  std::fill(of_rows.begin(), of_rows.end(), DescriptorNeighbor{kInfinity, 0});
-  std::fill(of_columns.begin(), of_columns.end(), DescriptorNeighbor{kInfinity, 0});
-  // Columns that only fill the last vector let nothing in.
-  std::vector<float> limits(columns.stride, -kInfinity);
-  std::fill_n(limits.begin(), columns.columns, kInfinity);
-  HWY_DYNAMIC_DISPATCH(Search)(rows, columns, k, of_rows.data(), of_columns.data(), limits.data());
-}
-
-}  // namespace backsight
-#endif

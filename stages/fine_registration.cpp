@@ -128,7 +128,8 @@ PlaneRounds AdjustOnPlanes(const FineInput& input, const FineOptions& options,
   const double l = input.target.model.resolution_m();
   std::vector<PointCluster> target_clusters;
   std::vector<PointCluster> source_clusters;
-  std::vector<ClusterList> clusters{input.target.model.leaves, input.source.model.leaves};
+  std::vector<ClusterList> clusters{{input.target.model.leaves, input.target_index.means},
+                                    input.source.model.leaves};
   if (options.activation == 1) {
     const double radius_m = options.micro_radius * l;
     target_clusters = NearStructures(input.target.model, {}, input.structure_points, radius_m);
@@ -160,9 +161,12 @@ PlaneRounds AdjustOnPlanes(const FineInput& input, const FineOptions& options,
     result->planes = static_cast<int>(rounds.planes.size());
     if (result->planes < options.min_planes) return rounds;
     SetNetworkWeights(rounds.poses, context, &rounds.planes);
+    PlanarAdjustmentOptions adjustment;
+    adjustment.anderson_window = options.anderson_window;
+    // Planes are sought anew from where all but the last end: these need not be exact.
+    if (round + 1 < options.rounds) adjustment.relative_decrease = 1e-4;
     const PlanarAdjustmentResult adjusted =
-        AdjustPlanes(rounds.planes, priors, rounds.poses, /*fixed_station=*/0,
-                     {.anderson_window = options.anderson_window});
+        AdjustPlanes(rounds.planes, priors, rounds.poses, /*fixed_station=*/0, adjustment);
     rounds.poses = adjusted.poses;
     rounds.information = adjusted.information.bottomRightCorner<6, 6>();
     result->iterations += adjusted.iterations;

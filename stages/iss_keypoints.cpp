@@ -4,8 +4,8 @@
 #include <array>
 #include <span>
 
+#include "graph/symmetric_eigen.h"
 #include "stages/neighborhood_moments.h"
-#include "stages/symmetric_eigen.h"
 
 namespace backsight {
 namespace {

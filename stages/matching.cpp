@@ -1,33 +1,11 @@
 #include "stages/matching.h"
 
-#include <Eigen/Core>
 #include <algorithm>
 
 #include "core/neighbors.h"
 #include "stages/descriptor_distances.h"
 
 namespace backsight {
-namespace {
-
-using Matrix = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
-/// Descriptors as rows, bins centred, so that float products keep their digits; and zeros, as many
-/// as the kernel may read beyond.
-Matrix MakeRows(std::span<const FpfhDescriptor> descriptors) {
-  constexpr std::size_t kMultiple = 16;
-  const std::size_t padded = (descriptors.size() + kMultiple - 1) / kMultiple * kMultiple;
-  Matrix rows = Matrix::Zero(static_cast<Eigen::Index>(padded), kDescriptorBins);
-  for (std::size_t i = 0; i < descriptors.size(); ++i) {
-    for (std::size_t bin = 0; bin < kDescriptorBins; ++bin) {
-      rows(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(bin)) =
-          descriptors[i][bin] - 100.0F / 11.0F;
-    }
-  }
-  return rows;
-}
-
-}  // namespace
-
 void VisitOptions(OptionVisitor& visitor, MatchingOptions& options) {
   visitor.Integer("neighbors", options.neighbors, "1", 1, 50,
                   "a match is among the k nearest descriptors of both key points");
@@ -37,18 +15,10 @@ std::vector<DescriptorMatch> MatchDescriptors(std::span<const FpfhDescriptor> so
                                               std::span<const FpfhDescriptor> target,
                                               const MatchingOptions& options) {
   if (source.empty() || target.empty()) return {};
-  const Matrix a = MakeRows(source);
-  const Matrix b = MakeRows(target);
-  const Matrix b_columns = b.transpose();
-  const Eigen::VectorXf a2 = a.rowwise().squaredNorm();
-  const Eigen::VectorXf b2 = b.rowwise().squaredNorm();
   const auto k = static_cast<std::size_t>(options.neighbors);
   std::vector<DescriptorNeighbor> of_source(k * source.size());
   std::vector<DescriptorNeighbor> of_target(k * target.size());
-  FindNearestDescriptors(
-      {a.data(), a2.data(), source.size()},
-      {b_columns.data(), b2.data(), target.size(), static_cast<std::size_t>(b_columns.cols())}, k,
-      of_source, of_target);
+  FindNearestDescriptors(source, target, k, of_source, of_target);
 
   std::vector<DescriptorMatch> matches;
   for (std::uint32_t s = 0; s < source.size(); ++s) {

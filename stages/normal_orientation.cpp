@@ -6,8 +6,8 @@
 #include <queue>
 #include <unordered_map>
 
+#include "graph/symmetric_eigen.h"
 #include "stages/leaf_grid.h"
-#include "stages/symmetric_eigen.h"
 
 namespace backsight {
 namespace {

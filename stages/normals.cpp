@@ -2,8 +2,8 @@
 
 #include <limits>
 
+#include "graph/symmetric_eigen.h"
 #include "stages/neighborhood_moments.h"
-#include "stages/symmetric_eigen.h"
 
 namespace backsight {
 namespace {

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <map>
 
+#include "stages/surface_pairs.h"
+
 namespace backsight {
 namespace {
 
@@ -21,14 +23,24 @@ using Options = SurfaceRefinementOptions;
 /// Normal equations of one iteration with nearest neighbours under the current motion.
 class Iteration {
  public:
+  Iteration() = default;
+  explicit Iteration(const SurfacePairSums& sums)
+      : gradient_(sums.gradient.data()), matches_(static_cast<int>(sums.matches)) {
+    std::size_t term = 0;
+    for (Eigen::Index row = 0; row < 6; ++row) {
+      for (Eigen::Index column = 0; column <= row; ++column) {
+        matrix_(row, column) = matrix_(column, row) = sums.matrix[term++];
+      }
+    }
+  }
   /// A pair of voxels and the covariance of their difference.
   void Add(const Eigen::Vector3d& moved, const Eigen::Vector3d& fixed,
-           const Eigen::Matrix3d& covariance, bool robust) {
+           const Eigen::Matrix3d& covariance) {
     const Eigen::Matrix3d inverse = covariance.inverse();
     const Eigen::Vector3d residual = moved - fixed;
     constexpr double kCauchy2 = 2.4 * 2.4;  // 95 % efficiency where residuals are normal
     const double robust_weight =
-        robust ? 1.0 / (1.0 + kFilledVoxel * residual.dot(inverse * residual) / kCauchy2) : 1.0;
+        1.0 / (1.0 + kFilledVoxel * residual.dot(inverse * residual) / kCauchy2);
     const Eigen::Matrix<double, 3, 6> jacobian = PointJacobian(moved);
     const Eigen::Matrix<double, 6, 3> weighted = robust_weight * jacobian.transpose() * inverse;
     matrix_ += weighted * jacobian;
@@ -63,14 +75,9 @@ class Iteration {
   int matches_ = 0;
 };
 
-/// Covariance of a voxel's mean as a piece of surface.
-Eigen::Matrix3d SurfaceCovariance(const Eigen::Vector3d& normal, double l, double across_m) {
-  return l * l * Eigen::Matrix3d::Identity() -
-         (l * l - across_m * across_m) * normal * normal.transpose();
-}
-
-/// That of its own points, scaled so that a filled voxel's is its edge as above (its points' is a
-/// twelfth); a few of them say little, so they count beside a filled voxel.
+/// Covariance of a voxel's mean by its own points, scaled so that a filled voxel's is its edge
+/// squared (its points' is a twelfth); a few of them say little, so they count beside a filled
+/// voxel.
 Eigen::Matrix3d ClusterCovariance(const PointCluster& cluster, double l, double across_m) {
   constexpr double kPriorPoints = 3.0;
   const Eigen::Matrix3d filled = l * l / 12.0 * Eigen::Matrix3d::Identity();
@@ -127,43 +134,61 @@ std::size_t Stride(const Surface& source, const Options& options) {
       1, source.model.leaves.size() / std::max<std::size_t>(options.sample, 1));
 }
 
-/// The pairs under a motion; `groups`, if given, gets their gradients by cubes of the source.
-Iteration Collect(const Surface& source, const Surface& target, const RigidTransform& motion,
-                  const Options& options, NearestMemory* memory,
-                  std::map<std::uint64_t, Vector6d>* groups) {
+/// The pairs under a motion, with the covariances of their own points; `groups`, if given, gets
+/// their gradients by cubes of the source.
+Iteration CollectClusters(const Surface& source, const Surface& target,
+                          const RigidTransform& motion, const Options& options,
+                          NearestMemory* memory, std::map<std::uint64_t, Vector6d>* groups) {
   const double l = target.model.resolution_m();
-  const bool by_cluster = options.covariance == Options::Covariance::kCluster;
   const VoxelLattice lattice{.edge_m = kGroupEdge * l};
   const std::size_t stride = Stride(source, options);
   Iteration iteration;
   for (std::size_t i = 0; i < source.model.leaves.size(); i += stride) {
-    if (!by_cluster && !source.normals[i].allFinite()) continue;
     const PointCluster& cluster = source.model.leaves[i].cluster;
     const Eigen::Vector3d moved = motion * cluster.mean;
     const std::uint32_t j = memory->Find(i / stride, moved);
     if (j == NearestMemory::kNone) continue;
     const PointCluster& fixed = target.model.leaves[j].cluster;
-    if (by_cluster) {
-      const Eigen::Matrix3d own = ClusterCovariance(cluster, l, options.normal_sigma_m);
-      iteration.Add(moved, fixed.mean,
-                    motion.rotation * own * motion.rotation.transpose() +
-                        ClusterCovariance(fixed, l, options.normal_sigma_m),
-                    true);
-    } else {
-      if (!target.normals[j].allFinite()) continue;
-      const Eigen::Vector3d moved_normal = motion.rotation * source.normals[i].cast<double>();
-      const Eigen::Vector3d fixed_normal = target.normals[j].cast<double>();
-      if (moved_normal.dot(fixed_normal) < kLargestAngleCosine) continue;
-      iteration.Add(moved, fixed.mean,
-                    SurfaceCovariance(moved_normal, l, options.normal_sigma_m) +
-                        SurfaceCovariance(fixed_normal, l, options.normal_sigma_m),
-                    false);
-    }
+    const Eigen::Matrix3d own = ClusterCovariance(cluster, l, options.normal_sigma_m);
+    iteration.Add(moved, fixed.mean,
+                  motion.rotation * own * motion.rotation.transpose() +
+                      ClusterCovariance(fixed, l, options.normal_sigma_m));
     if (groups == nullptr) continue;
     const auto [entry, is_new] = groups->try_emplace(lattice.Key(cluster.mean), Vector6d::Zero());
     entry->second += iteration.last_gradient();
   }
   return iteration;
+}
+
+SurfacePairRule RuleOf(const Options& options, double l) {
+  return {.reach_m = kReach * l,
+          .least_cosine = kLargestAngleCosine,
+          .along_variance = l * l,
+          .across_variance = options.normal_sigma_m * options.normal_sigma_m};
+}
+
+/// Steps from `result->target_from_source`, with what `iterate` says of a motion's pairs, until
+/// they are small; false where too few match.
+template <class Iterate>
+bool Descend(const Matrix6d& prior, const Options& options, Iterate iterate,
+             SurfaceRefinement* result) {
+  const RigidTransform start = result->target_from_source;
+  while (result->iterations < options.max_iterations) {
+    ++result->iterations;
+    const RigidTransform& motion = result->target_from_source;
+    const Iteration iteration = iterate(motion);
+    result->matches = iteration.matches();
+    if (result->matches < kFewestMatches) {
+      result->target_from_source = start;
+      return false;
+    }
+    const Vector6d step = iteration.Solve(prior, LocalDifference(motion, start));
+    if (!step.allFinite()) break;
+    result->target_from_source = Retract(motion, step);
+    constexpr double kSmallestStep = 1e-6;  // rad and m
+    if (step.norm() < kSmallestStep) break;
+  }
+  return true;
 }
 
 /// Inverse of the cluster-robust covariance H^-1 M H^-1 and the error that all pairs share, about
@@ -193,32 +218,27 @@ SurfaceRefinement RefineOnSurfaces(const Surface& source, const Surface& target,
                                    const Matrix6d& prior, const Options& options) {
   SurfaceRefinement result;
   result.target_from_source = start;
-  NearestMemory memory(target_index, kReach * target.model.resolution_m(),
+  const double l = target.model.resolution_m();
+  if (options.covariance == Options::Covariance::kSurface) {
+    SurfacePairs pairs(source, target, target_index, Stride(source, options), kReach * l);
+    const SurfacePairRule rule = RuleOf(options, l);
+    Descend(
+        prior, options,
+        [&](const RigidTransform& motion) { return Iteration(pairs.Sum(motion, rule)); }, &result);
+    return result;
+  }
+  NearestMemory memory(target_index, kReach * l,
                        source.model.leaves.size() / Stride(source, options) + 1);
-  while (result.iterations < options.max_iterations) {
-    ++result.iterations;
-    const RigidTransform& motion = result.target_from_source;
-    const Iteration iteration = Collect(source, target, motion, options, &memory, nullptr);
-    result.matches = iteration.matches();
-    if (result.matches < kFewestMatches) {
-      result.target_from_source = start;
-      return result;
-    }
-    const Vector6d step = iteration.Solve(prior, LocalDifference(motion, start));
-    if (!step.allFinite()) break;
-    result.target_from_source = Retract(motion, step);
-    constexpr double kSmallestStep = 1e-6;  // rad and m
-    if (step.norm() < kSmallestStep) break;
-  }
-  if (options.covariance == Options::Covariance::kCluster) {
-    std::map<std::uint64_t, Vector6d> groups;
-    const Iteration last =
-        Collect(source, target, result.target_from_source, options, &memory, &groups);
-    result.information =
-        RobustInformation(last, groups, kSharedError * target.model.resolution_m());
-    result.center = last.Center();
-    result.spread_m = last.Spread();
-  }
+  const auto collect = [&](const RigidTransform& motion) {
+    return CollectClusters(source, target, motion, options, &memory, nullptr);
+  };
+  if (!Descend(prior, options, collect, &result)) return result;
+  std::map<std::uint64_t, Vector6d> groups;
+  const Iteration last =
+      CollectClusters(source, target, result.target_from_source, options, &memory, &groups);
+  result.information = RobustInformation(last, groups, kSharedError * l);
+  result.center = last.Center();
+  result.spread_m = last.Spread();
   return result;
 }
 

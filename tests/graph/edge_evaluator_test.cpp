@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <set>
@@ -106,6 +107,54 @@ TEST(EdgeEvaluator, EqualsTheSearchWithoutBounds) {
   }
   EXPECT_GT(compared, 1000);
   EXPECT_GT(given_up, 1000);
+}
+
+TEST(EdgeEvaluator, RulesOutOnlyWhatIsNearAKnownHypothesis) {
+  int ruled_out = 0;
+  int compared = 0;
+  for (std::uint64_t seed = 0; seed < 6; ++seed) {
+    const auto matches =
+        MakeMatches(seed, {.inliers = 40, .outliers = 300, .noise_m = 0.03, .extent_m = 10.0});
+    const Correspondences& c = matches.c;
+    const PairColumns columns(c);
+    EdgeEvaluator evaluator(c, columns, kLimit, std::nullopt);
+    std::vector<std::uint32_t> true_rows;
+    for (std::uint32_t row = 0; row < c.size(); ++row) {
+      const Eigen::Vector3d moved = matches.target_from_source * c.source[row];
+      if ((moved - c.target[row]).norm() < 0.15) true_rows.push_back(row);
+    }
+    Random random(200 + seed);
+    const auto random_edge = [&] {
+      return std::pair(true_rows[random.Index(true_rows.size())],
+                       true_rows[random.Index(true_rows.size())]);
+    };
+    std::vector<EdgeHypothesis> known;
+    while (known.size() < 10) {
+      const auto [i, j] = random_edge();
+      if (i != j) known.push_back(Reference(c, i, j));
+    }
+    std::sort(known.begin(), known.end(),
+              [](const auto& a, const auto& b) { return a.consensus > b.consensus; });
+    const HypothesisNearness nearness{c.source[0], 0.035, 0.6};
+    for (int trial = 0; trial < 300; ++trial) {
+      const auto [i, j] = random_edge();
+      if (i == j || (c.source[i] - c.source[j]).norm() < kLimit) continue;
+      const EdgeHypothesis expected = Reference(c, i, j);
+      const auto found = evaluator.Evaluate(i, j, 3, {known, nearness});
+      if (found) {
+        EXPECT_EQ(found->consensus, expected.consensus);
+        ++compared;
+      } else if (expected.consensus > 3) {
+        EXPECT_TRUE(std::any_of(known.begin(), known.end(), [&](const EdgeHypothesis& h) {
+          return h.consensus >= expected.consensus &&
+                 nearness.IsNear(h.target_from_source, expected.target_from_source);
+        }));
+        ++ruled_out;
+      }
+    }
+  }
+  EXPECT_GT(ruled_out, 20);
+  EXPECT_GT(compared, 20);
 }
 
 TEST(EdgeEvaluator, UprightCountsDistinctPointsUnderTheBearing) {

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "core/random.h"
+#include "stages/descriptor_kernels.h"
 #include "stages/matching.h"
 #include "tests/support/instruction_sets.h"
 
@@ -92,38 +93,22 @@ TEST(MatchDescriptors, EqualsBruteForceForEverySize) {
   }
   ExpectReferenceMatches(FineDescriptors(1, 700), FineDescriptors(2, 530), 1);
   ExpectReferenceMatches(FineDescriptors(3, 257), FineDescriptors(4, 770), 50);
+  ExpectReferenceMatches(FineDescriptors(5, 1030), FineDescriptors(6, 1500), 5);
   EXPECT_TRUE(MatchDescriptors({}, FineDescriptors(5, 4), {}).empty());
   EXPECT_TRUE(MatchDescriptors(FineDescriptors(5, 4), {}, {}).empty());
 }
 
 TEST(FindNearestDescriptors, EqualDistancesGoToTheLowerIndex) {
+  constexpr std::size_t kNearest = 7;
   for (std::uint64_t seed = 0; seed < 8; ++seed) {
     const auto source = CoarseDescriptors(seed, 61 + seed);
     const auto target = CoarseDescriptors(50 + seed, 310 + seed);
-    const std::size_t stride = (target.size() + 15) / 16 * 16;
-    std::vector<float> rows, squares, columns(kDescriptorBins * stride, 0.0F);
-    std::vector<float> column_squares(stride, 0.0F);
-    for (const FpfhDescriptor& d : source) {
-      rows.insert(rows.end(), d.begin(), d.end());
-      squares.push_back(0.0F);
-      for (const float bin : d) squares.back() += bin * bin;
-    }
-    rows.resize(rows.size() + 3 * kDescriptorBins);
-    for (std::size_t j = 0; j < target.size(); ++j) {
-      for (std::size_t bin = 0; bin < kDescriptorBins; ++bin) {
-        columns[bin * stride + j] = target[j][bin];
-        column_squares[j] += target[j][bin] * target[j][bin];
-      }
-    }
-    constexpr std::size_t kNearest = 7;
     const auto of_source = ReferenceNearest(source, target, kNearest);
     const auto of_target = ReferenceNearest(target, source, kNearest);
     ForEachInstructionSet([&](const std::string& name) {
       std::vector<DescriptorNeighbor> there(kNearest * source.size());
       std::vector<DescriptorNeighbor> back(kNearest * target.size());
-      FindNearestDescriptors({rows.data(), squares.data(), source.size()},
-                             {columns.data(), column_squares.data(), target.size(), stride},
-                             kNearest, there, back);
+      FindNearestDescriptors(source, target, kNearest, there, back);
       for (std::size_t i = 0; i < there.size(); ++i) {
         EXPECT_EQ(there[i].index, of_source[i / kNearest][i % kNearest]) << name;
       }
@@ -131,6 +116,34 @@ TEST(FindNearestDescriptors, EqualDistancesGoToTheLowerIndex) {
         EXPECT_EQ(back[i].index, of_target[i / kNearest][i % kNearest]) << name;
       }
     });
+  }
+}
+
+/// Descriptors a ten thousandth of a bin apart, far from the others: the grid cannot tell them.
+std::vector<FpfhDescriptor> CrowdedDescriptors(std::uint64_t seed, std::size_t count) {
+  std::vector<FpfhDescriptor> descriptors = FineDescriptors(seed, count);
+  Random random(seed + 1);
+  for (std::size_t i = 0; i < count / 2; ++i) {
+    descriptors[i] = FineDescriptors(99, 1).front();
+    for (float& bin : descriptors[i]) bin += static_cast<float>(random.Uniform(0.0, 1e-4));
+  }
+  return descriptors;
+}
+
+TEST(MatchDescriptors, TellsApartWhatTheGridCannot) {
+  ExpectReferenceMatches(CrowdedDescriptors(1, 320), CrowdedDescriptors(5, 290), 5);
+}
+
+TEST(MatchDescriptors, IsExactForBinsOfAnySize) {
+  for (const float factor : {1e-6F, 1.0F, 1e6F}) {
+    auto source = FineDescriptors(11, 150);
+    auto target = FineDescriptors(12, 170);
+    for (auto* side : {&source, &target}) {
+      for (FpfhDescriptor& d : *side) {
+        for (float& bin : d) bin *= factor;
+      }
+    }
+    ExpectReferenceMatches(source, target, 5);
   }
 }
 

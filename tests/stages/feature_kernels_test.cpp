@@ -11,11 +11,11 @@
 #include <vector>
 
 #include "core/random.h"
+#include "graph/symmetric_eigen.h"
 #include "stages/features.h"
 #include "stages/leaf_grid.h"
 #include "stages/neighborhood_moments.h"
 #include "stages/pair_histogram.h"
-#include "stages/symmetric_eigen.h"
 #include "tests/support/feature_scene.h"
 #include "tests/support/instruction_sets.h"
 

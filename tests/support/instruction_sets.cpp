@@ -14,6 +14,7 @@ void ForEachInstructionSet(const std::function<void(const std::string& name)>& b
     body(hwy::TargetName(target));
   }
   BindKernels(0);
+  body("best");  // may be one that few kernels are compiled for
 }
 
 }  // namespace backsight

@@ -1,6 +1,6 @@
-#include "stages/symmetric_eigen.h"
+#include "graph/symmetric_eigen.h"
 
-#include "stages/symmetric_kernels.h"
+#include "graph/symmetric_kernels.h"
 
 namespace backsight {
 namespace {

@@ -1,7 +1,7 @@
-#include "stages/symmetric_kernels.h"
+#include "graph/symmetric_kernels.h"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "stages/symmetric_kernels.cpp"
+#define HWY_TARGET_INCLUDE "graph/symmetric_kernels.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "stages/descriptor_kernels.h"
+#include "stages/station_model.h"
+
+namespace backsight {
+
+/// Where descriptors are rounded to whole steps, so that products are exact in integers: the same
+/// grid for both sides of a search.
+struct DescriptorGridScale {
+  float center = 0.0F;
+  double steps_per_unit = 1.0;
+};
+
+/// The finest grid on which squared distances fit 31 bits.
+DescriptorGridScale MakeGridScale(std::span<const FpfhDescriptor> a,
+                                  std::span<const FpfhDescriptor> b);
+
+/// Descriptors on a grid.
+class DescriptorGrid {
+ public:
+  DescriptorGrid(std::span<const FpfhDescriptor> descriptors, const DescriptorGridScale& scale);
+
+  GridView view() const { return {pairs_.data(), half_squares_.data(), size_, stride_}; }
+  /// By how much rounding has moved any of the descriptors, at most, in steps.
+  double largest_error() const { return largest_error_; }
+
+ private:
+  std::size_t size_;
+  std::size_t stride_;
+  std::vector<std::int32_t> pairs_;
+  std::vector<std::int32_t> half_squares_;
+  double largest_error_ = 0.0;
+};
+
+}  // namespace backsight

@@ -1,0 +1,88 @@
+#include "stages/surface_pairs.h"
+
+#include <cmath>
+#include <limits>
+
+namespace backsight {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+void Put(const Eigen::Vector3d& value, std::size_t i, std::array<std::vector<double>, 3>* columns) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    (*columns)[axis][i] = value[static_cast<Eigen::Index>(axis)];
+  }
+}
+
+Eigen::Vector3d Get(const std::array<std::vector<double>, 3>& columns, std::size_t i) {
+  return {columns[0][i], columns[1][i], columns[2][i]};
+}
+
+std::array<const double*, 3> Begins(const std::array<std::vector<double>, 3>& columns) {
+  return {columns[0].data(), columns[1].data(), columns[2].data()};
+}
+
+SurfaceMotion MotionOf(const RigidTransform& transform) {
+  SurfaceMotion motion;
+  for (Eigen::Index row = 0; row < 3; ++row) {
+    for (Eigen::Index column = 0; column < 3; ++column) {
+      motion.rotation[static_cast<std::size_t>(3 * row + column)] = transform.rotation(row, column);
+    }
+    motion.translation[static_cast<std::size_t>(row)] = transform.translation[row];
+  }
+  return motion;
+}
+
+}  // namespace
+
+SurfacePairs::SurfacePairs(const Surface& source, const Surface& target,
+                           const CloudIndex& target_index, std::size_t stride, double reach_m)
+    : target_(target), index_(target_index), reach_m_(reach_m) {
+  std::vector<std::size_t> chosen;
+  chosen.reserve(source.normals.size() / stride + 1);
+  for (std::size_t i = 0; i < source.normals.size(); i += stride) {
+    if (source.normals[i].allFinite()) chosen.push_back(i);
+  }
+  count_ = chosen.size();
+  for (Columns* columns : {&point_, &normal_, &asked_, &fixed_, &fixed_normal_}) {
+    for (std::vector<double>& column : *columns) column.assign(count_ + kSurfacePadding, kNaN);
+  }
+  others_.assign(count_ + kSurfacePadding, kNaN);
+  uncertain_.resize(count_);
+  for (std::size_t i = 0; i < count_; ++i) {
+    Put(source.model.leaves[chosen[i]].cluster.mean, i, &point_);
+    Put(source.normals[chosen[i]].cast<double>(), i, &normal_);
+  }
+}
+
+SurfacePairColumns SurfacePairs::View() const {
+  return {Begins(point_),        Begins(normal_), Begins(asked_), Begins(fixed_),
+          Begins(fixed_normal_), others_.data(),  count_};
+}
+
+void SurfacePairs::AskAgain(const RigidTransform& target_from_source, std::size_t i) {
+  const Eigen::Vector3d moved = target_from_source * Get(point_, i);
+  const double wide_m = 1.1 * reach_m_;
+  const auto nearest = index_.voxels.Nearest(index_.means, moved, wide_m);
+  Put(moved, i, &asked_);
+  Eigen::Vector3d fixed = Eigen::Vector3d::Constant(kNaN);
+  Eigen::Vector3d fixed_normal = fixed;
+  others_[i] = wide_m;
+  if (nearest) {
+    fixed = index_.means[nearest->voxel];
+    fixed_normal = target_.normals[nearest->voxel].cast<double>();
+    others_[i] = std::sqrt(nearest->others_squared_m2);
+  }
+  Put(fixed, i, &fixed_);
+  Put(fixed_normal, i, &fixed_normal_);
+}
+
+SurfacePairSums SurfacePairs::Sum(const RigidTransform& target_from_source,
+                                  const SurfacePairRule& rule) {
+  const SurfaceMotion motion = MotionOf(target_from_source);
+  const std::size_t count = FindUncertain(View(), motion, reach_m_, uncertain_.data());
+  for (std::size_t n = 0; n < count; ++n) AskAgain(target_from_source, uncertain_[n]);
+  return SumSurfacePairs(View(), motion, rule);
+}
+
+}  // namespace backsight

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "core/rigid_transform.h"
+#include "stages/cloud_agreement.h"
+#include "stages/surface.h"
+#include "stages/surface_kernels.h"
+
+namespace backsight {
+
+/// Voxels of a source, evenly chosen, and the nearest ones of a target under motions that differ
+/// little from one to the next: a voxel that has moved by less than its nearest is closer than all
+/// others keeps it. Memory 136 bytes per chosen voxel.
+class SurfacePairs {
+ public:
+  /// `stride`: every so many-th voxel of the source, if its normal is defined. What the surfaces
+  /// refer to, and the index, must outlive it.
+  SurfacePairs(const Surface& source, const Surface& target, const CloudIndex& target_index,
+               std::size_t stride, double reach_m);
+
+  /// Normal equations of the pairs within the rule, whose reach is that of the constructor.
+  SurfacePairSums Sum(const RigidTransform& target_from_source, const SurfacePairRule& rule);
+
+ private:
+  using Columns = std::array<std::vector<double>, 3>;
+  void AskAgain(const RigidTransform& target_from_source, std::size_t i);
+  SurfacePairColumns View() const;
+
+  Surface target_;
+  const CloudIndex& index_;
+  double reach_m_;
+  std::size_t count_ = 0;
+  Columns point_, normal_, asked_, fixed_, fixed_normal_;
+  std::vector<double> others_;
+  std::vector<std::uint32_t> uncertain_;
+};
+
+}  // namespace backsight
