@@ -38,7 +38,8 @@ AngularStep::Sector AngularStep::SectorOf(const Eigen::Vector3d& point) const {
 
 void AngularStep::Add(const Eigen::Vector3d& point) {
   ++points_;
-  if (last_.Holds(point - covered_.origin())) return;
+  const Eigen::Vector3d beam = point - covered_.origin();
+  if (last_.Holds(beam) || beam.isZero(0.0)) return;
   covered_.Add(point);
   last_ = SectorOf(point);
 }

@@ -19,9 +19,9 @@ struct CellEntry {
 
 /// The clusters in lattice cells that two or more stations see.
 struct CommonCells {
-  std::vector<std::uint64_t> keys;   ///< of the cells, ascending
-  std::vector<std::size_t> begins;   ///< of each cell's entries, and the end of all
-  std::vector<CellEntry> entries;    ///< by cell, station and cluster
+  std::vector<std::uint64_t> keys;  ///< of the cells, ascending
+  std::vector<std::size_t> begins;  ///< of each cell's entries, and the end of all
+  std::vector<CellEntry> entries;   ///< by cell, station and cluster
 
   std::span<const CellEntry> Cell(std::size_t c) const {
     return std::span(entries).subspan(begins[c], begins[c + 1] - begins[c]);

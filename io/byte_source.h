@@ -10,6 +10,10 @@
 
 namespace backsight {
 
+/// How much of a file is taken at a time, to be understood beside other parts of it: about so much,
+/// or one line or record that is longer.
+inline constexpr std::size_t kBlockBytes = std::size_t{4} << 20U;
+
 /// A file read front to back through one buffer of fixed size. Throws InputError if the file is
 /// missing, empty, not a regular file or not readable.
 class ByteSource {

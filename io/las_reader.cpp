@@ -118,7 +118,9 @@ class LasReader : public BlockReader<LasBlock> {
 
   bool Take(LasBlock& block) override {
     if (taken_ == header_.points) return false;
-    block.records = std::min<std::uint64_t>(kChunkRecords, header_.points - taken_);
+    const std::uint64_t most =
+        std::clamp<std::uint64_t>(kBlockBytes / header_.point_bytes, 1, kChunkRecords);
+    block.records = std::min<std::uint64_t>(most, header_.points - taken_);
     block.bytes.resize(static_cast<std::size_t>(block.records) * header_.point_bytes);
     const std::uint64_t start = source_.position();
     const std::size_t got = source_.ReadSome(block.bytes.data(), block.bytes.size());

@@ -64,7 +64,7 @@ std::size_t LineReader::Take(std::size_t n, std::string& text) {
   const bool at_start = source_.position() == 0;
   std::size_t taken = 0;
   std::size_t want = 1;
-  while (taken < n) {
+  while (taken < n && text.size() < kBlockBytes) {
     const std::string_view ahead = source_.Peek(want);
     if (ahead.empty()) break;
     std::size_t lines = 0;

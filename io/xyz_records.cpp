@@ -138,19 +138,21 @@ void XyzRecords::GuessLayout(bool is_pts, std::uint64_t most, std::vector<std::s
 std::vector<std::vector<double>> XyzRecords::TakeSample(std::uint64_t most) {
   std::vector<std::vector<double>> sample;
   std::vector<double> values;
+  std::size_t columns = 0;
   try {
     std::string_view line;
     for (std::uint64_t i = 0; i < most && sample.size() < kSampleLines && NextLine(line); ++i) {
       rule_.Read(line, lines_.line_number(), &values);
+      columns = values.size();
       const bool finite = std::all_of(values.begin(), values.end(),
                                       [](double value) { return std::isfinite(value); });
       if (finite) sample.push_back(values);
     }
   } catch (const InputError&) {
-    if (values.empty()) throw;
+    if (columns == 0) throw;
   }
   if (sample.empty()) {
-    sample.emplace_back(std::max<std::size_t>({values.size(), rule_.given().size(), 3}), 0.0);
+    sample.emplace_back(std::max<std::size_t>({columns, rule_.given().size(), 3}), 0.0);
   }
   return sample;
 }

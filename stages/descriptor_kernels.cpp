@@ -27,7 +27,8 @@ using Ints = hn::Vec<Tag>;
 HWY_INLINE Ints AddProducts(Ints sum, Ints a, Ints b) {
 #if HWY_TARGET == HWY_AVX3_DL
   return Ints{_mm512_dpwssd_epi32(sum.raw, a.raw, b.raw)};
-#elif HWY_TARGET == HWY_SCALAR  // one lane, which cannot be seen as two halves
+#elif HWY_TARGET == HWY_SCALAR || !HWY_ARCH_X86
+  // One lane cannot be seen as two halves, and other processors spread the products over two sums.
   const auto low = [](Ints v) { return hn::ShiftRight<16>(hn::ShiftLeft<16>(v)); };
   const auto high = [](Ints v) { return hn::ShiftRight<16>(v); };
   return hn::Add(sum, hn::Add(hn::Mul(low(a), low(b)), hn::Mul(high(a), high(b))));
@@ -123,9 +124,8 @@ HWY_INLINE bool AnyPositive(Ints v) {
   return !hn::AllFalse(d, hn::Gt(v, hn::Zero(d)));
 }
 
-HWY_INLINE std::size_t Append(Ints sum, std::int32_t row_limit, Ints column_limits,
-                              std::size_t row, std::size_t column, std::size_t count,
-                              GridPair* found) {
+HWY_INLINE std::size_t Append(Ints sum, std::int32_t row_limit, Ints column_limits, std::size_t row,
+                              std::size_t column, std::size_t count, GridPair* found) {
   const Tag d;
   const auto close =
       hn::Gt(hn::Add(sum, hn::Max(hn::Set(d, row_limit), column_limits)), hn::Zero(d));
@@ -141,8 +141,8 @@ HWY_INLINE std::size_t Append(Ints sum, std::int32_t row_limit, Ints column_limi
   return count;
 }
 
-std::size_t Close(const GridView& rows, std::size_t row, const GridView& columns,
-                  std::size_t begin, std::size_t end, const GridLimits& limits, GridPair* found) {
+std::size_t Close(const GridView& rows, std::size_t row, const GridView& columns, std::size_t begin,
+                  std::size_t end, const GridLimits& limits, GridPair* found) {
   const Tag d;
   const std::size_t lanes = hn::Lanes(d);
   const std::int32_t* limit = limits.rows;
@@ -187,8 +187,8 @@ void Distances(const float* HWY_RESTRICT rows, const float* HWY_RESTRICT columns
       const double difference = static_cast<double>(a[bin]) - static_cast<double>(b[bin]);
       sums[bin - kWhole] += difference * difference;
     }
-    squared[n] = ((sums[0] + sums[1]) + (sums[2] + sums[3])) +
-                 ((sums[4] + sums[5]) + (sums[6] + sums[7]));
+    squared[n] =
+        ((sums[0] + sums[1]) + (sums[2] + sums[3])) + ((sums[4] + sums[5]) + (sums[6] + sums[7]));
   }
 }
 
@@ -206,8 +206,8 @@ HWY_EXPORT(Seeds);
 HWY_EXPORT(Close);
 HWY_EXPORT(Distances);
 
-void FindSeeds(const GridView& rows, std::size_t row, const GridView& columns,
-               std::size_t end, std::span<std::int32_t> out) {
+void FindSeeds(const GridView& rows, std::size_t row, const GridView& columns, std::size_t end,
+               std::span<std::int32_t> out) {
   std::fill(out.begin(), out.end(), std::numeric_limits<std::int32_t>::min());
   HWY_DYNAMIC_DISPATCH(Seeds)(rows, row, columns, end, out.data());
 }

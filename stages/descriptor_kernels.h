@@ -48,9 +48,9 @@ std::size_t FindClose(const GridView& rows, std::size_t row, const GridView& col
                       std::size_t begin, std::size_t end, const GridLimits& limits,
                       GridPair* found);
 
-/// Sums of squared differences of all bins, in double: of the descriptors themselves, kDescriptorBins
-/// floats each. They are summed in eight lanes, so that the bits are the same on all instruction
-/// sets.
+/// Sums of squared differences of all bins, in double: of the descriptors themselves,
+/// kDescriptorBins floats each. They are summed in eight lanes, so that the bits are the same on
+/// all instruction sets.
 void ComputeSquaredDistances(const float* rows, const float* columns,
                              std::span<const GridPair> pairs, double* squared);
 

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <numeric>
@@ -162,7 +163,8 @@ std::vector<Peak> Thin(std::vector<Peak> peaks, int turns, std::size_t count) {
   for (const Peak& peak : peaks) {
     if (kept.size() == count) break;
     const bool known = std::any_of(kept.begin(), kept.end(), [&](const Peak& other) {
-      const double turn_deg = std::abs(std::remainder(peak.turn - other.turn, turns)) * 360.0 / turns;
+      const double turn_deg =
+          std::abs(std::remainder(peak.turn - other.turn, turns)) * 360.0 / turns;
       return turn_deg <= kNearTurn && std::abs(peak.x - other.x) <= kNearCells &&
              std::abs(peak.y - other.y) <= kNearCells;
     });

@@ -44,9 +44,9 @@ class Climber {
 
   void StepPlace(double step_m) {
     const RigidTransform start = best_.motion;
-    for (const Eigen::Vector2d& step : {Eigen::Vector2d(step_m, 0.0), Eigen::Vector2d(0.0, step_m),
-                                        Eigen::Vector2d(-step_m, 0.0),
-                                        Eigen::Vector2d(0.0, -step_m)}) {
+    for (const Eigen::Vector2d& step :
+         {Eigen::Vector2d(step_m, 0.0), Eigen::Vector2d(0.0, step_m), Eigen::Vector2d(-step_m, 0.0),
+          Eigen::Vector2d(0.0, -step_m)}) {
       RigidTransform moved = start;
       moved.translation.head<2>() += step;
       Try(moved);

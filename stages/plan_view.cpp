@@ -61,8 +61,7 @@ void PlanField::Fill(const std::vector<char>& free) {
 void PlanField::AddWall(int sector, int x, int y) {
   for (const int turn : {kPlanFacings - 1, 0, 1}) {
     std::int16_t* values =
-        values_.data() +
-        static_cast<std::size_t>((sector + turn) % kPlanFacings) * kCells * kCells;
+        values_.data() + static_cast<std::size_t>((sector + turn) % kPlanFacings) * kCells * kCells;
     for (int dy = -1; dy <= 1; ++dy) {
       for (int dx = -1; dx <= 1; ++dx) {
         if (!Contains(x + dx, y + dy)) continue;
@@ -83,8 +82,8 @@ double PlanCellFor(const StationModel& model, const StationFeatures& features) {
   }
   double cell_m = kFinest * model.resolution_m();
   if (reach_m.empty()) return cell_m;
-  const auto held = reach_m.begin() + static_cast<std::ptrdiff_t>(
-                                          kHeld * static_cast<double>(reach_m.size() - 1));
+  const auto held = reach_m.begin() +
+                    static_cast<std::ptrdiff_t>(kHeld * static_cast<double>(reach_m.size() - 1));
   std::nth_element(reach_m.begin(), held, reach_m.end());
   while (0.5 * kCells * cell_m < *held) cell_m *= 2.0;
   return cell_m;
@@ -139,8 +138,7 @@ void PlanView::FindFreeSpace(const RangeImage& image) {
   const double slack_m = 1.5 * cell_m_;
   for (int y = 0; y < kCells; ++y) {
     for (int x = 0; x < kCells; ++x) {
-      const Eigen::Vector2d place =
-          cell_m_ * Eigen::Vector2d(x - kCells / 2, y - kCells / 2);
+      const Eigen::Vector2d place = cell_m_ * Eigen::Vector2d(x - kCells / 2, y - kCells / 2);
       const bool beside_scanner = place.norm() < cell_m_;
       free_[Slot(x, y)] = !beside_scanner && IsSeenThrough(image, place, slack_m) ? 1 : 0;
     }

@@ -51,19 +51,13 @@ void MeasureChange(const VerificationInput& input, VerificationResult* result) {
   result->eigenvalue_ratio = input.fine.eigenvalue_ratio;
 }
 
-/// Whether the surfaces fit so closely, and are so rarely seen through, that no false motion does
-/// as well. Levelled stations can stand to each other in so few ways that all of them have been
-/// compared (stages/plan_correlation.h): of those that are false, the best either fits less closely
-/// or is seen through, unless it is an exact symmetry, which its rivals reveal. A coarse scan that
-/// fits less closely than a fine one proves as much by hardly ever being contradicted.
-bool FitsAsOnlyTruthDoes(const VerificationInput& input, const VerificationOptions& options,
-                         const VerificationResult& result) {
-  constexpr double kConflictWeight = 8.0;  // as between the hypotheses of a pair
-  const double quality = result.quality.value;
-  const double conflict = result.worst_conflict();
-  if (quality >= options.sure_quality && conflict < options.sure_conflict) return true;
-  return input.level_sigma_rad && quality >= options.level_quality &&
-         quality - kConflictWeight * conflict >= options.level_merit;
+/// The fit that proves what is hardly contradicted. Levelled stations can stand to each other in so
+/// few ways that the best of all were compared (stages/plan_correlation.h); false ones among them
+/// were seen through wherever they fit as closely, unless they are exact symmetries, which their
+/// rivals reveal. Of predicted motions nothing was compared.
+double ProvingQuality(const VerificationInput& input, const VerificationOptions& options) {
+  const bool compared = input.level_sigma_rad && input.consensus;
+  return compared ? std::min(options.level_quality, options.sure_quality) : options.sure_quality;
 }
 
 /// Whether a motion has proved itself on the clouds, whatever chance could have proposed: each
@@ -72,7 +66,9 @@ bool CloudsProve(const VerificationInput& input, const VerificationOptions& opti
                  const VerificationResult& result) {
   constexpr int kFewestBlocks = 50;  // in view of each scanner
   return input.source.scanner_credible && input.target.scanner_credible &&
-         result.overlap >= options.sure_overlap && FitsAsOnlyTruthDoes(input, options, result) &&
+         result.overlap >= options.sure_overlap &&
+         result.worst_conflict() < options.sure_conflict &&
+         result.quality.value >= ProvingQuality(input, options) &&
          std::min(result.source_in_target.blocks_in_view, result.target_in_source.blocks_in_view) >=
              kFewestBlocks;
 }
@@ -81,10 +77,15 @@ bool CloudsProve(const VerificationInput& input, const VerificationOptions& opti
 /// through, or little of what fits well enough to prove it if nothing were.
 bool CloudsSpeakFor(const VerificationInput& input, const VerificationOptions& options,
                     const VerificationResult& result) {
-  const double close = input.level_sigma_rad ? options.level_quality : options.sure_quality;
-  const double allowed = result.quality.value >= close ? 2.0 : 1.0;
+  const bool close = result.quality.value >= ProvingQuality(input, options);
+  const double allowed = close ? 2.0 : 1.0;
   return result.sighted && result.overlap >= options.sure_overlap &&
          result.worst_conflict() < allowed * options.sure_conflict;
+}
+
+/// Whether a direction is held by nothing: not even a voxel's width determines it.
+bool IsUndetermined(const VerificationInput& input, const VerificationResult& result) {
+  return result.weakest_sigma_m > input.target.model.resolution_m();
 }
 
 /// What forbids a pair whatever the network says; kNone if nothing does.
@@ -95,10 +96,12 @@ Reason FindFault(const VerificationInput& input, const VerificationOptions& opti
   const bool could_be_chance =
       input.consensus && !IsSignificant(*input.consensus, input.consensus_null, options);
   if (could_be_chance && !CloudsSpeakFor(input, options, result)) return Reason::kNotSignificant;
-  // What the network predicts fits the network whatever the clouds say.
+  // What the network predicts fits the network whatever the clouds say; where they leave a
+  // direction open it only repeats the prediction.
   if (!input.consensus && result.quality.value < options.min_quality) {
     return Reason::kNotSignificant;
   }
+  if (!input.consensus && IsUndetermined(input, result)) return Reason::kUndetermined;
   if (result.overlap < options.min_overlap) return Reason::kLowOverlap;
   if (input.level_sigma_rad) {
     const double limit = LargestTilt(*input.level_sigma_rad);
@@ -125,16 +128,11 @@ Reason FindDoubt(const VerificationInput& input, const VerificationOptions& opti
   // of its own it needs theirs.
   const bool unproved =
       !input.consensus || !IsSignificant(*input.consensus, input.consensus_null, options);
-  const bool proved_by_clouds = CloudsProve(input, options, result);
-  if (unproved && !proved_by_clouds) return Reason::kNotSignificant;
+  if (unproved && !CloudsProve(input, options, result)) return Reason::kNotSignificant;
   if (result.overlap < options.sure_overlap) return Reason::kLowOverlap;
-  if (result.worst_conflict() >= options.sure_conflict && !proved_by_clouds) {
-    return Reason::kFreeSpace;
-  }
+  if (result.worst_conflict() >= options.sure_conflict) return Reason::kFreeSpace;
   if (IsFarFromStart(input, result)) return Reason::kFarFromStart;
-  // A direction that not even a voxel's width determines is held by nothing.
-  if (result.weakest_sigma_m > input.target.model.resolution_m()) return Reason::kUndetermined;
-  return Reason::kNone;
+  return IsUndetermined(input, result) ? Reason::kUndetermined : Reason::kNone;
 }
 
 }  // namespace
@@ -152,11 +150,8 @@ void VisitOptions(OptionVisitor& visitor, VerificationOptions& options) {
                "fit of the surfaces that meet from which a pair with few corresponding key points "
                "is accepted by its clouds alone");
   visitor.Real("level_quality", options.level_quality, "1", 0.0, 1.0,
-               "the same between levelled stations, of which all motions have been compared, where "
-               "level_merit is reached too");
-  visitor.Real("level_merit", options.level_merit, "1", 0.0, 1.0,
-               "fit less eight times the conflict from which a pair of levelled stations is "
-               "accepted by its clouds alone");
+               "the same between levelled stations, whose motions are compared by their plans; at "
+               "most sure_quality");
   visitor.Real("min_quality", options.min_quality, "1", 0.0, 1.0,
                "fit of the surfaces that meet below which a pair that the network predicts is "
                "rejected");

@@ -16,8 +16,7 @@ struct VerificationOptions {
   double min_overlap = 0.05;     ///< rejected below
   double sure_overlap = 0.1;     ///< doubtful below
   double sure_quality = 0.8;     ///< from here clouds make up for a consensus that is too small
-  double level_quality = 0.6;    ///< the same between levelled stations, where merit suffices
-  double level_merit = 0.42;     ///< quality less eight times the conflict
+  double level_quality = 0.65;   ///< the same between levelled stations, whose motions are compared
   double min_quality = 0.3;      ///< below it a predicted motion is rejected
   double sure_conflict = 0.025;  ///< doubtful from here: share of blocks seen through
   double max_conflict = 0.25;    ///< rejected from here

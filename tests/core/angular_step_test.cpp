@@ -73,7 +73,9 @@ TEST(AngularStep, CoversWhatIsFoundCellByCell) {
       if (line % 3 != 1) add(polar + 0.01, azimuth + i * step, range);
     }
   }
-  points.push_back(scanner);
+  // The scanner's own place lies in no direction; beams to the zenith behind it count.
+  points[points.size() / 2] = scanner;
+  points[points.size() / 2 + 1] = scanner + Eigen::Vector3d(0.0, 0.0, 3.0);
   AngularStep whole(scanner);
   std::vector<AngularStep> parts(3, AngularStep(scanner));
   for (std::size_t i = 0; i < points.size(); ++i) {

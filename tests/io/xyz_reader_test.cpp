@@ -32,6 +32,14 @@ TEST(XyzReader, ReadsAllSeparators) {
   }
 }
 
+TEST(XyzReader, RefusesAFileWhoseFirstRecordIsDamagedWhenItIsOpened) {
+  const TempDir dir;
+  for (const std::string first : {"1 2 x\n", "1 2 3x 4\n"}) {
+    const std::string path = dir.File("a.xyz", first + Repeat("1 2 3\n", 20) + "\n1 2 3\n");
+    EXPECT_THAT(ErrorOf([&] { OpenScan(path); }), HasSubstr("a.xyz:1: ")) << first;
+  }
+}
+
 TEST(XyzReader, GuessesIntensity) {
   const TempDir dir;
   const auto first = [&](const std::string& text, const std::string& name = "a.xyz") {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <numbers>
 
@@ -77,9 +78,9 @@ TEST(PlanCorrelation, FindsTheTruthAmongTheBest) {
     const Looks& looks = LooksAt(seed);
     const auto matches = CorrelatePlans(looks.source_view, looks.target_view, {.matches = 3});
     // But for its boxes the hall looks the same turned by half, so that the turn may come first.
-    const auto found = std::find_if(
-        matches.begin(), matches.end(),
-        [&](const PlanMatch& match) { return IsNear(match.target_from_source, looks.truth); });
+    const auto found = std::find_if(matches.begin(), matches.end(), [&](const PlanMatch& match) {
+      return IsNear(match.target_from_source, looks.truth);
+    });
     ASSERT_NE(found, matches.end()) << "seed " << seed;
     // The instruments stand at heights that differ by half a metre.
     EXPECT_NEAR(found->target_from_source.translation.z(), 0.5, 0.15) << "seed " << seed;
@@ -102,14 +103,14 @@ TEST(PlanCorrelation, FewerHeadingsAreThoseThatMatter) {
 int VotesFor(const PlanView& source, const PlanView& target, int dx, int dy) {
   int votes = 0;
   for (const PlanWall& wall : source.sample()) {
-    votes += target.field().At(FacingSector(wall.facing_rad),
-                               target.CellOf(wall.position_m.x()) + dx,
-                               target.CellOf(wall.position_m.y()) + dy);
+    votes +=
+        target.field().At(FacingSector(wall.facing_rad), target.CellOf(wall.position_m.x()) + dx,
+                          target.CellOf(wall.position_m.y()) + dy);
   }
   for (const PlanWall& wall : target.sample()) {
-    votes += source.field().At(FacingSector(wall.facing_rad),
-                               source.CellOf(wall.position_m.x()) - dx,
-                               source.CellOf(wall.position_m.y()) - dy);
+    votes +=
+        source.field().At(FacingSector(wall.facing_rad), source.CellOf(wall.position_m.x()) - dx,
+                          source.CellOf(wall.position_m.y()) - dy);
   }
   return votes;
 }
@@ -130,11 +131,10 @@ TEST(PlanCorrelation, VotesAreThoseOfEveryWallForEveryPlace) {
   EXPECT_DOUBLE_EQ(matches.front().score, most / whole);
   for (const PlanMatch& match : matches) {
     const Eigen::Vector3d cells = match.target_from_source.translation / kCell;
-    EXPECT_DOUBLE_EQ(match.score,
-                     VotesFor(looks.source_view, looks.target_view,
-                              static_cast<int>(std::lround(cells.x())),
-                              static_cast<int>(std::lround(cells.y()))) /
-                         whole);
+    EXPECT_DOUBLE_EQ(match.score, VotesFor(looks.source_view, looks.target_view,
+                                           static_cast<int>(std::lround(cells.x())),
+                                           static_cast<int>(std::lround(cells.y()))) /
+                                      whole);
   }
 }
 

@@ -102,6 +102,58 @@ TEST_F(Verification, DoesNotAskAPredictedPairForConsensusButForProofByTheClouds)
   EXPECT_EQ(Judge(*second_, *first_, Truth(), std::nullopt, strict).verdict, Verdict::kDoubtful);
 }
 
+/// The truth's verdict between stations levelled to 0.01 degrees.
+VerificationResult JudgeLevelled(const HallStation& source, const HallStation& target,
+                                 const RigidTransform& truth, std::optional<int> consensus,
+                                 double weakest_sigma_m, const VerificationOptions& options) {
+  FineResult fine;
+  fine.status = FineResult::Status::kRefined;
+  fine.target_from_source = truth;
+  fine.weakest_sigma_m = weakest_sigma_m;
+  Matrix6d information = Matrix6d::Identity();
+  information *= 1e6;
+  return VerifyPair({source.surface(), target.surface(), source.index, target.index, truth,
+                     information, consensus, 4, fine, 0.01 * kDeg},
+                    options);
+}
+
+TEST_F(Verification, LevelledPairsWhoseMotionsWereComparedNeedLessFit) {
+  VerificationOptions options;
+  options.sure_quality = 1.0;
+  options.level_quality = 0.6;
+  const auto verdict = [&](std::optional<int> consensus) {
+    return JudgeLevelled(*second_, *first_, Truth(), consensus, 0.001, options).verdict;
+  };
+  EXPECT_EQ(verdict(7), Verdict::kAccepted);
+  EXPECT_EQ(verdict(std::nullopt), Verdict::kDoubtful) << "of a prediction nothing was compared";
+  options.level_quality = 1.0;
+  EXPECT_EQ(verdict(7), Verdict::kDoubtful);
+  EXPECT_EQ(
+      Judge(*second_, *first_, Truth(), 7, {.sure_quality = 1.0, .level_quality = 0.6}).verdict,
+      Verdict::kDoubtful)
+      << "not levelled";
+}
+
+TEST_F(Verification, RejectsPredictionsThatTheCloudsDoNotFit) {
+  VerificationOptions options;
+  options.min_quality = 1.0;
+  const VerificationResult predicted =
+      JudgeLevelled(*second_, *first_, Truth(), std::nullopt, 0.001, options);
+  EXPECT_EQ(predicted.verdict, Verdict::kRejected);
+  EXPECT_EQ(predicted.reason, VerificationResult::Reason::kNotSignificant);
+  EXPECT_EQ(JudgeLevelled(*second_, *first_, Truth(), 40, 0.001, options).verdict,
+            Verdict::kAccepted);
+}
+
+TEST_F(Verification, RejectsPredictionsThatLeaveADirectionOpen) {
+  constexpr double kOpen = 0.2;  // m; a voxel is 0.1 m
+  const VerificationResult predicted =
+      JudgeLevelled(*second_, *first_, Truth(), std::nullopt, kOpen, {});
+  EXPECT_EQ(predicted.verdict, Verdict::kRejected);
+  EXPECT_EQ(predicted.reason, VerificationResult::Reason::kUndetermined);
+  EXPECT_EQ(JudgeLevelled(*second_, *first_, Truth(), 40, kOpen, {}).verdict, Verdict::kDoubtful);
+}
+
 TEST_F(Verification, DoubtsWhatMovedFarFromItsStart) {
   FineResult fine;
   fine.status = FineResult::Status::kRefined;
