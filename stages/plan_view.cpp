@@ -12,6 +12,7 @@ namespace backsight {
 namespace {
 
 constexpr int kCells = PlanField::kCells;
+constexpr int kHalf = kCells / 2;
 constexpr float kSteepest = 0.4F;  // |z| of the normal of what counts as upright
 constexpr int kFewestVoxels = 3;   // that make a piece of wall
 
@@ -138,7 +139,7 @@ void PlanView::FindFreeSpace(const RangeImage& image) {
   const double slack_m = 1.5 * cell_m_;
   for (int y = 0; y < kCells; ++y) {
     for (int x = 0; x < kCells; ++x) {
-      const Eigen::Vector2d place = cell_m_ * Eigen::Vector2d(x - kCells / 2, y - kCells / 2);
+      const Eigen::Vector2d place = cell_m_ * Eigen::Vector2d(x - kHalf, y - kHalf);
       const bool beside_scanner = place.norm() < cell_m_;
       free_[Slot(x, y)] = !beside_scanner && IsSeenThrough(image, place, slack_m) ? 1 : 0;
     }
@@ -154,8 +155,8 @@ double PlanView::GroundOffset(const PlanView& source,
       const float lowest = source.ground_m_[Slot(x, y)];
       if (std::isnan(lowest)) continue;
       const Eigen::Vector3d point =
-          target_from_source * Eigen::Vector3d(source.cell_m_ * (x - kCells / 2),
-                                               source.cell_m_ * (y - kCells / 2),
+          target_from_source * Eigen::Vector3d(source.cell_m_ * (x - kHalf),
+                                               source.cell_m_ * (y - kHalf),
                                                static_cast<double>(lowest));
       const int u = CellOf(point.x());
       const int v = CellOf(point.y());
