@@ -1,8 +1,9 @@
 #include "graph/common_cells.h"
 
 #include <algorithm>
-#include <functional>
 #include <numeric>
+
+#include "graph/for_each.h"
 
 namespace backsight {
 namespace {
@@ -47,15 +48,6 @@ class KeyNumbers {
   std::vector<Slot> slots_;
   std::vector<std::uint64_t> keys_;
 };
-
-void ForEach(const ExecutionContext* context, std::size_t n,
-             const std::function<void(std::size_t)>& body) {
-  if (context != nullptr) {
-    context->ParallelFor(n, body);
-  } else {
-    for (std::size_t i = 0; i < n; ++i) body(i);
-  }
-}
 
 /// The cells that one station sees.
 struct StationCells {

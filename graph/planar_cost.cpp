@@ -3,7 +3,8 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <functional>
+
+#include "graph/for_each.h"
 
 namespace backsight {
 namespace {
@@ -61,16 +62,7 @@ Matrix6d HeldPlaneMatrix(const PointCluster& part, const Eigen::Vector3d& u,
   return shift.transpose() * local * shift;
 }
 
-/// One plane at a time where there is no context.
-void ForEach(const ExecutionContext* context, std::size_t n,
-             const std::function<void(std::size_t)>& body) {
-  constexpr std::size_t kGrain = 64;
-  if (context != nullptr) {
-    context->ParallelFor(n, body, kGrain);
-  } else {
-    for (std::size_t i = 0; i < n; ++i) body(i);
-  }
-}
+constexpr std::size_t kGrain = 64;  // planes
 
 /// Adds a run of planes: their terms side by side, then the matrix's columns side by side, station
 /// by station and within a station in the order of the planes. So every entry is summed in one
@@ -78,8 +70,9 @@ void ForEach(const ExecutionContext* context, std::size_t n,
 void AddPlanes(std::span<const WeightedPlane> planes, std::span<const RigidTransform> poses,
                const ExecutionContext* context, NormalEquations* system) {
   std::vector<PlaneTerms> terms(planes.size());
-  ForEach(context, planes.size(),
-          [&](std::size_t k) { terms[k] = ComputePlaneTerms(planes[k], poses); });
+  ForEach(
+      context, planes.size(),
+      [&](std::size_t k) { terms[k] = ComputePlaneTerms(planes[k], poses); }, kGrain);
   struct Place {
     const PlaneTerms* plane;
     const PlaneTerms::Part* part;
@@ -102,11 +95,7 @@ void AddPlanes(std::span<const WeightedPlane> planes, std::span<const RigidTrans
       }
     }
   };
-  if (context != nullptr) {
-    context->ParallelFor(poses.size(), add_column);
-  } else {
-    for (std::size_t s = 0; s < poses.size(); ++s) add_column(s);
-  }
+  ForEach(context, poses.size(), add_column);
 }
 
 }  // namespace
@@ -148,8 +137,9 @@ std::vector<double> PlaneThicknesses(std::span<const WeightedPlane> planes,
                                      std::span<const RigidTransform> poses,
                                      const ExecutionContext* context) {
   std::vector<double> thicknesses(planes.size());
-  ForEach(context, planes.size(),
-          [&](std::size_t k) { thicknesses[k] = Evaluate(planes[k], poses).eigenvalues[0]; });
+  ForEach(
+      context, planes.size(),
+      [&](std::size_t k) { thicknesses[k] = Evaluate(planes[k], poses).eigenvalues[0]; }, kGrain);
   return thicknesses;
 }
 

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
 #include <iterator>
 #include <numeric>
 
 #include "core/voxel_grid.h"
 #include "graph/common_cells.h"
+#include "graph/for_each.h"
 #include "graph/plane_fit.h"
 
 namespace backsight {
@@ -184,15 +184,6 @@ class Splitter {
   Parts parts_;
   std::vector<Item> scratch_;
 };
-
-void ForEach(const ExecutionContext* context, std::size_t n,
-             const std::function<void(std::size_t)>& body) {
-  if (context != nullptr) {
-    context->ParallelFor(n, body);
-  } else {
-    for (std::size_t i = 0; i < n; ++i) body(i);
-  }
-}
 
 /// Searches a run of the common cells.
 class CellSearch {
