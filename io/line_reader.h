@@ -28,7 +28,8 @@ class LineReader {
   std::string_view Require(std::string_view expected);
   /// Takes the next lines, at most `n`, with an LF behind each, into `text` in place of what it
   /// held; returns how many there were, 0 only at the end of the file. Ends before a line that is
-  /// too long, unless that is the first. line_number() is that of the last one.
+  /// too long, unless that is the first, and once the text holds kBlockBytes. line_number() is that
+  /// of the last one.
   std::size_t Take(std::size_t n, std::string& text);
   /// Steps over up to `n` lines of any length; returns how many there were. `between`, called for
   /// every buffer of text, may throw to give up.

@@ -21,8 +21,8 @@ inline constexpr int kPlanFacings = 8;
 int FacingSector(double facing_rad);
 
 /// Square image about a station's place, one value per cell and direction that a wall may face.
-/// What a wall of another station is worth there: kPlanWall on a wall that faces alike, within an
-/// eighth of a turn, kPlanNear beside one, kPlanFree where the scanner saw through, else 0.
+/// What a wall of another station is worth there: kWall on a wall that faces alike, within an
+/// eighth of a turn, kNear beside one, kFree where the scanner saw through, else 0.
 class PlanField {
  public:
   static constexpr int kCells = 100;  ///< per axis

@@ -137,6 +137,12 @@ int Rank(const std::string& project_path, const std::string& truth_path) {
              clock.Seconds());
     if (words == 64) signature = Standardised(scores);
   }
+  double plan_cell_m = 0.0;
+  for (const Station& station : stations) {
+    if (station.spec.levelled) {
+      plan_cell_m = std::max(plan_cell_m, PlanCellFor(station.model, station.features));
+    }
+  }
   for (const auto& [keypoints, neighbors, nodes] :
        {std::array{400, 2, 100}, std::array{600, 2, 150}, std::array{600, 3, 300},
         std::array{1000, 2, 300}}) {
@@ -147,8 +153,8 @@ int Rank(const std::string& project_path, const std::string& truth_path) {
     const Clock clock;
     std::vector<StationSketch> sketches;
     for (const Station& station : stations) {
-      sketches.push_back(
-          SketchStation(station.model, station.features, station.spec.levelled, 0.0, prematch));
+      sketches.push_back(SketchStation(station.model, station.features, station.spec.levelled,
+                                       plan_cell_m, prematch));
     }
     std::vector<double> scores;
     for (const RatedPair& pair : pairs) {
