@@ -101,7 +101,8 @@ PlanarAdjustmentResult AdjustPlanes(const PlanarProblem& problem,
                                     const PlanarAdjustmentOptions& options) {
   PlanarAdjustmentResult result;
   result.poses.assign(start.begin(), start.end());
-  NormalEquations system = AssembleNormalEquations(problem, result.poses);
+  NormalEquationsAssembler assembler;
+  const NormalEquations& system = assembler.Assemble(problem, result.poses);
   result.start_cost = result.final_cost = system.cost;
   result.information = system.matrix;
   if (problem.planes.empty() || start.size() < 2) return result;
@@ -150,7 +151,7 @@ PlanarAdjustmentResult AdjustPlanes(const PlanarProblem& problem,
     }
     const double before = system.cost;
     result.poses = std::move(stepped);
-    system = AssembleNormalEquations(problem, result.poses);
+    assembler.Assemble(problem, result.poses);  // `system` is new
     if (before - cost <= options.relative_decrease * before || IsTinyStep(xi, options)) {
       result.status = Status::kConverged;
       break;

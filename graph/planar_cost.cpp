@@ -1,40 +1,42 @@
 #include "graph/planar_cost.h"
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "graph/for_each.h"
+#include "graph/plane_fit.h"
 
 namespace backsight {
 namespace {
 
-/// All observations of a plane at the current poses, relative to their joint centroid, so that no
-/// coordinate is larger than the plane.
-struct PlaneState {
-  std::vector<PointCluster> parts;  // means relative to `center`
-  Eigen::Vector3d center;           // world
-  double count = 0.0;
-  Eigen::Vector3d eigenvalues;  // ascending, m^2
-  Eigen::Matrix3d axes;         // columns: normal, then the two in-plane axes
-};
-
-PlaneState Evaluate(const WeightedPlane& plane, std::span<const RigidTransform> poses) {
-  PlaneState state;
+/// The cluster of all points of a plane at the current poses, world.
+PointCluster JointCluster(const WeightedPlane& plane, std::span<const RigidTransform> poses) {
   PointCluster joint;
-  state.parts.reserve(plane.observations.size());
   for (const PlaneObservation& o : plane.observations) {
     const RigidTransform& pose = poses[static_cast<std::size_t>(o.station)];
-    state.parts.push_back(Transformed(pose.rotation, pose.translation, o.cluster));
-    joint += state.parts.back();
+    joint += Transformed(pose.rotation, pose.translation, o.cluster);
   }
-  state.center = joint.mean;
-  state.count = joint.count;
-  for (PointCluster& part : state.parts) part.mean -= joint.mean;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(joint.Covariance());
-  state.eigenvalues = solver.eigenvalues().cwiseMax(0.0);
-  state.axes = solver.eigenvectors();
-  return state;
+  return joint;
+}
+
+/// Calls `body(k, joint, fit)` for every plane, fitted several at a time.
+template <class Body>
+void FitJointly(std::span<const WeightedPlane> planes, std::span<const RigidTransform> poses,
+                const ExecutionContext* context, bool normals, Body body) {
+  constexpr std::size_t kTogether = 8;
+  const auto fit = [&](std::size_t chunk) {
+    const std::size_t begin = chunk * kTogether;
+    const std::size_t count = std::min(kTogether, planes.size() - begin);
+    std::array<PointCluster, kTogether> joint;
+    std::array<PlaneFit, kTogether> fits;
+    for (std::size_t i = 0; i < count; ++i) joint[i] = JointCluster(planes[begin + i], poses);
+    FitPlanes(std::span(joint).first(count), normals, fits);
+    for (std::size_t i = 0; i < count; ++i) body(begin + i, joint[i], fits[i]);
+  };
+  constexpr std::size_t kGrain = 8;  // chunks
+  ForEach(context, (planes.size() + kTogether - 1) / kTogether, fit, kGrain);
 }
 
 /// Turns a derivative with respect to a motion about `center` into one about the world's origin.
@@ -46,90 +48,79 @@ Vector6d AboutOrigin(const Eigen::Vector3d& rotation_part, const Eigen::Vector3d
 }
 
 /// Second derivative of n * (point-plane distance)^2 sums of one station with the plane held:
-/// sum over its points of a a^T with a = [p x u; u], p in the world.
-Matrix6d HeldPlaneMatrix(const PointCluster& part, const Eigen::Vector3d& u,
-                         const Eigen::Vector3d& center) {
-  const Eigen::Matrix3d second = part.scatter + part.count * part.mean * part.mean.transpose();
-  const Eigen::Vector3d first = part.count * part.mean;
+/// sum over its points of a a^T with a = [p x u; u], p in the world. `moment`: second moment of the
+/// points about `center`, `first` the sum of their offsets from it.
+Matrix6d HeldPlaneMatrix(const Eigen::Matrix3d& moment, const Eigen::Vector3d& first, double count,
+                         const Eigen::Vector3d& u, const Eigen::Vector3d& center) {
   const Eigen::Matrix3d cross = Skew(u);
-  Matrix6d local;
-  local.topLeftCorner<3, 3>() = cross * second * cross.transpose();
-  local.topRightCorner<3, 3>() = first.cross(u) * u.transpose();
-  local.bottomLeftCorner<3, 3>() = local.topRightCorner<3, 3>().transpose();
-  local.bottomRightCorner<3, 3>() = part.count * u * u.transpose();
-  Matrix6d shift = Matrix6d::Identity();
-  shift.bottomLeftCorner<3, 3>() = -Skew(center);
-  return shift.transpose() * local * shift;
+  const Eigen::Vector3d lever = center.cross(u);
+  const Eigen::Vector3d turn = first.cross(u);
+  Matrix6d held;
+  held.topLeftCorner<3, 3>() = cross * moment * cross.transpose() + turn * lever.transpose() +
+                               lever * (turn + count * lever).transpose();
+  held.topRightCorner<3, 3>() = (turn + count * lever) * u.transpose();
+  held.bottomLeftCorner<3, 3>() = held.topRightCorner<3, 3>().transpose();
+  held.bottomRightCorner<3, 3>() = count * u * u.transpose();
+  return held;
 }
 
-constexpr std::size_t kGrain = 64;  // planes
+/// Columns t1, t2 in the plane with t1 t1^T + t2 t2^T the inverse of the covariance there: the sum
+/// over both in-plane eigenvectors of v v^T / lambda, whatever their directions.
+Eigen::Matrix<double, 3, 2> InverseWidths(const Eigen::Matrix3d& covariance,
+                                          const Eigen::Vector3d& normal) {
+  constexpr double kSmallestWidth = 1e-12;  // m^2
+  Eigen::Matrix<double, 3, 2> axes;
+  axes.col(0) = normal.unitOrthogonal();
+  axes.col(1) = normal.cross(axes.col(0));
+  const Eigen::Vector3d along = covariance * axes.col(0);
+  const double first = std::max(axes.col(0).dot(along), kSmallestWidth);
+  const double slope = axes.col(1).dot(along) / first;
+  const double second =
+      std::max(axes.col(1).dot(covariance * axes.col(1)) - slope * slope * first, kSmallestWidth);
+  axes.col(1) = (axes.col(1) - slope * axes.col(0)) / std::sqrt(second);
+  axes.col(0) /= std::sqrt(first);
+  return axes;
+}
 
-/// Adds a run of planes: their terms side by side, then the matrix's columns side by side, station
-/// by station and within a station in the order of the planes. So every entry is summed in one
-/// order, and no thread needs a matrix of its own.
-void AddPlanes(std::span<const WeightedPlane> planes, std::span<const RigidTransform> poses,
-               const ExecutionContext* context, NormalEquations* system) {
-  std::vector<PlaneTerms> terms(planes.size());
-  ForEach(
-      context, planes.size(),
-      [&](std::size_t k) { terms[k] = ComputePlaneTerms(planes[k], poses); }, kGrain);
-  struct Place {
-    const PlaneTerms* plane;
-    const PlaneTerms::Part* part;
-  };
-  std::vector<std::vector<Place>> of_station(poses.size());
-  for (const PlaneTerms& plane : terms) {
-    system->cost += plane.cost;
-    for (const PlaneTerms::Part& part : plane.parts) {
-      of_station[static_cast<std::size_t>(part.station)].push_back({&plane, &part});
+/// The plane's terms from the cluster of all its points, and their fit.
+void SetTerms(const WeightedPlane& plane, std::span<const RigidTransform> poses,
+              const PointCluster& joint, const PlaneFit& fit, PlaneTerms* terms) {
+  // Symbols as in docs/stages/fine_registration.md, with the joint centroid as origin.
+  const Eigen::Vector3d& u = fit.normal;
+  const double n = joint.count;
+  const double scale = 2.0 * plane.weight / n;
+  const Eigen::Matrix<double, 3, 2> in_plane = InverseWidths(joint.Covariance(), u);
+  terms->cost = plane.weight * std::max(fit.eigenvalues[0], 0.0);
+  terms->parts.resize(plane.observations.size());
+  for (std::size_t j = 0; j < terms->parts.size(); ++j) {
+    const PlaneObservation& o = plane.observations[j];
+    const RigidTransform& pose = poses[static_cast<std::size_t>(o.station)];
+    const PointCluster cluster = Transformed(pose.rotation, pose.translation, o.cluster);
+    const Eigen::Vector3d offset = cluster.mean - joint.mean;
+    const Eigen::Vector3d v = cluster.count * offset;
+    const Eigen::Matrix3d moment = cluster.scatter + v * offset.transpose();
+    PlaneTerms::Part& part = terms->parts[j];
+    part.station = o.station;
+    part.gradient = scale * AboutOrigin((moment * u).cross(u), v.dot(u) * u, joint.mean);
+    part.held = scale * HeldPlaneMatrix(moment, v, cluster.count, u, joint.mean);
+    const double root = std::sqrt(scale / n);
+    part.coupling.col(0) = root * AboutOrigin(v.cross(u), cluster.count * u, joint.mean);
+    for (int m = 0; m < 2; ++m) {
+      const Eigen::Vector3d t = in_plane.col(m);
+      part.coupling.col(m + 1) =
+          root * AboutOrigin((moment * t).cross(u), v.dot(t) * u, joint.mean);
     }
   }
-  const auto add_column = [&](std::size_t s) {
-    const auto column = static_cast<Eigen::Index>(6 * s);
-    for (const Place& place : of_station[s]) {
-      system->gradient.segment<6>(column) += place.part->gradient;
-      system->matrix.block<6, 6>(column, column) += place.part->held;
-      for (const PlaneTerms::Part& other : place.plane->parts) {
-        system->matrix.block<6, 6>(6 * other.station, column).noalias() -=
-            other.coupling * place.part->coupling.transpose();
-      }
-    }
-  };
-  ForEach(context, poses.size(), add_column);
 }
 
 }  // namespace
 
 PlaneTerms ComputePlaneTerms(const WeightedPlane& plane, std::span<const RigidTransform> poses) {
-  // Symbols as in docs/stages/fine_registration.md, with the joint centroid as origin.
-  const PlaneState state = Evaluate(plane, poses);
-  const Eigen::Vector3d u = state.axes.col(0);
-  const double n = state.count;
-  const double scale = 2.0 * plane.weight / n;
-  constexpr double kSmallestWidth = 1e-12;  // m^2
+  const PointCluster joint = JointCluster(plane, poses);
+  PlaneFit fit;
+  FitPlanes(std::span(&joint, 1), /*normals=*/true, std::span(&fit, 1));
   PlaneTerms terms;
-  terms.cost = plane.weight * state.eigenvalues[0];
-  terms.parts.resize(state.parts.size());
-  for (std::size_t j = 0; j < state.parts.size(); ++j) {
-    const PointCluster& cluster = state.parts[j];
-    const Eigen::Matrix3d moment =
-        cluster.scatter + cluster.count * cluster.mean * cluster.mean.transpose();
-    const Eigen::Vector3d v = cluster.count * cluster.mean;
-    PlaneTerms::Part& part = terms.parts[j];
-    part.station = plane.observations[j].station;
-    const Eigen::Vector3d s = moment * u;
-    part.gradient = scale * AboutOrigin(s.cross(u), v.dot(u) * u, state.center);
-    part.held = scale * HeldPlaneMatrix(cluster, u, state.center);
-    part.coupling.col(0) =
-        std::sqrt(scale / n) * AboutOrigin(v.cross(u), cluster.count * u, state.center);
-    for (int m = 1; m < 3; ++m) {
-      const Eigen::Vector3d in_plane = state.axes.col(m);
-      const double width = std::max(state.eigenvalues[m], kSmallestWidth);
-      part.coupling.col(m) =
-          std::sqrt(scale / (n * width)) *
-          AboutOrigin((moment * in_plane).cross(u), v.dot(in_plane) * u, state.center);
-    }
-  }
+  SetTerms(plane, poses, joint, fit, &terms);
   return terms;
 }
 
@@ -137,9 +128,10 @@ std::vector<double> PlaneThicknesses(std::span<const WeightedPlane> planes,
                                      std::span<const RigidTransform> poses,
                                      const ExecutionContext* context) {
   std::vector<double> thicknesses(planes.size());
-  ForEach(
-      context, planes.size(),
-      [&](std::size_t k) { thicknesses[k] = Evaluate(planes[k], poses).eigenvalues[0]; }, kGrain);
+  FitJointly(planes, poses, context, /*normals=*/false,
+             [&](std::size_t k, const PointCluster& /*joint*/, const PlaneFit& fit) {
+               thicknesses[k] = std::max(fit.eigenvalues[0], 0.0);
+             });
   return thicknesses;
 }
 
@@ -157,19 +149,57 @@ double PlanarCost(std::span<const WeightedPlane> planes, std::span<const PosePri
   return PlanarCost(PlanarProblem{planes, {priors, {}, {}}, nullptr}, poses);
 }
 
-NormalEquations AssembleNormalEquations(const PlanarProblem& problem,
-                                        std::span<const RigidTransform> poses) {
-  NormalEquations system;
+/// Adds a run of planes: their terms side by side, then the matrix's columns side by side, station
+/// by station and within a station in the order of the planes. So every entry is summed in one
+/// order, and no thread needs a matrix of its own.
+void NormalEquationsAssembler::AddPlanes(std::span<const WeightedPlane> planes,
+                                         std::span<const RigidTransform> poses,
+                                         const ExecutionContext* context) {
+  terms_.resize(planes.size());
+  FitJointly(planes, poses, context, /*normals=*/true,
+             [&](std::size_t k, const PointCluster& joint, const PlaneFit& fit) {
+               SetTerms(planes[k], poses, joint, fit, &terms_[k]);
+             });
+  of_station_.resize(poses.size());
+  for (std::vector<Place>& places : of_station_) places.clear();
+  for (const PlaneTerms& plane : terms_) {
+    system_.cost += plane.cost;
+    for (const PlaneTerms::Part& part : plane.parts) {
+      of_station_[static_cast<std::size_t>(part.station)].push_back({&plane, &part});
+    }
+  }
+  const auto add_column = [&](std::size_t s) {
+    const auto column = static_cast<Eigen::Index>(6 * s);
+    for (const Place& place : of_station_[s]) {
+      system_.gradient.segment<6>(column) += place.part->gradient;
+      system_.matrix.block<6, 6>(column, column) += place.part->held;
+      for (const PlaneTerms::Part& other : place.plane->parts) {
+        system_.matrix.block<6, 6>(6 * other.station, column).noalias() -=
+            other.coupling * place.part->coupling.transpose();
+      }
+    }
+  };
+  ForEach(context, poses.size(), add_column);
+}
+
+const NormalEquations& NormalEquationsAssembler::Assemble(const PlanarProblem& problem,
+                                                          std::span<const RigidTransform> poses) {
   const auto unknowns = static_cast<Eigen::Index>(6 * poses.size());
-  system.gradient = Eigen::VectorXd::Zero(unknowns);
-  system.matrix = Eigen::MatrixXd::Zero(unknowns, unknowns);
+  system_.cost = 0.0;
+  system_.gradient.setZero(unknowns);
+  system_.matrix.setZero(unknowns, unknowns);
   constexpr std::size_t kBatch = 8192;  // planes whose terms are in memory at a time
   for (std::size_t begin = 0; begin < problem.planes.size(); begin += kBatch) {
     const std::size_t count = std::min(kBatch, problem.planes.size() - begin);
-    AddPlanes(problem.planes.subspan(begin, count), poses, problem.context, &system);
+    AddPlanes(problem.planes.subspan(begin, count), poses, problem.context);
   }
-  AddPoseObservations(problem.observations, poses, &system);
-  return system;
+  AddPoseObservations(problem.observations, poses, &system_);
+  return system_;
+}
+
+NormalEquations AssembleNormalEquations(const PlanarProblem& problem,
+                                        std::span<const RigidTransform> poses) {
+  return NormalEquationsAssembler().Assemble(problem, poses);
 }
 
 NormalEquations AssembleNormalEquations(std::span<const WeightedPlane> planes,

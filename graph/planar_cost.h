@@ -62,4 +62,24 @@ NormalEquations AssembleNormalEquations(std::span<const WeightedPlane> planes,
                                         std::span<const PosePrior> priors,
                                         std::span<const RigidTransform> poses);
 
+/// AssembleNormalEquations for one set of poses after the other; keeps its memory.
+class NormalEquationsAssembler {
+ public:
+  /// What it returns changes with the next call.
+  const NormalEquations& Assemble(const PlanarProblem& problem,
+                                  std::span<const RigidTransform> poses);
+
+ private:
+  struct Place {
+    const PlaneTerms* plane;
+    const PlaneTerms::Part* part;
+  };
+  void AddPlanes(std::span<const WeightedPlane> planes, std::span<const RigidTransform> poses,
+                 const ExecutionContext* context);
+
+  std::vector<PlaneTerms> terms_;
+  std::vector<std::vector<Place>> of_station_;
+  NormalEquations system_;
+};
+
 }  // namespace backsight

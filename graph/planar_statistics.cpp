@@ -1,17 +1,13 @@
 #include "graph/planar_statistics.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <numeric>
 #include <utility>
 
+#include "graph/plane_fit.h"
+
 namespace backsight {
 namespace {
-
-double SmallestEigenvalue(const Eigen::Matrix3d& matrix) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(matrix, Eigen::EigenvaluesOnly);
-  return std::max(solver.eigenvalues()[0], 0.0);
-}
 
 /// What one block adds to the two sums.
 struct BlockSums {
@@ -102,16 +98,22 @@ BlockSums SumBlock(std::span<const WeightedPlane> planes, std::span<const LinkSc
 }  // namespace
 
 PlaneAgreement Agreement(const WeightedPlane& plane, std::span<const RigidTransform> poses) {
-  PlaneAgreement agreement;
-  PointCluster joint;
-  double own = 0.0;
+  std::vector<PointCluster> clusters(1);  // the joint one, then every station's own
   for (const PlaneObservation& o : plane.observations) {
     const RigidTransform& pose = poses[static_cast<std::size_t>(o.station)];
-    joint += Transformed(pose.rotation, pose.translation, o.cluster);
-    own += SmallestEigenvalue(o.cluster.scatter);
+    clusters.front() += Transformed(pose.rotation, pose.translation, o.cluster);
+    clusters.push_back(o.cluster);
   }
-  agreement.own_thickness_m2 = own / joint.count;
-  agreement.excess_m2 = std::max(SmallestEigenvalue(joint.scatter) - own, 0.0);
+  std::vector<PlaneFit> fits(clusters.size());
+  FitPlanes(clusters, /*normals=*/false, fits);
+  const auto squares = [&](std::size_t i) {
+    return std::max(fits[i].eigenvalues[0], 0.0) * clusters[i].count;
+  };
+  double own = 0.0;
+  for (std::size_t i = 1; i < clusters.size(); ++i) own += squares(i);
+  PlaneAgreement agreement;
+  agreement.own_thickness_m2 = own / clusters.front().count;
+  agreement.excess_m2 = std::max(squares(0) - own, 0.0);
   agreement.freedom = 3 * (static_cast<int>(plane.observations.size()) - 1);
   return agreement;
 }
