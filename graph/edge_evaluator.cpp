@@ -3,9 +3,9 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "graph/reliability_kernels.h"
+#include "graph/turn_kernels.h"
 
 namespace backsight {
 namespace {
@@ -45,6 +45,21 @@ struct EdgeEvaluator::Edge {
   Eigen::Vector3d source_axis, target_axis;  // from i to j
   Eigen::Vector3d middle_shift;              // centres the length difference on both ends
 
+  /// As the kernel sees it: across the edge, any two directions of the target.
+  EdgeFrame Frame() const {
+    const auto axis = [](const Eigen::Vector3d& v) { return EdgeFrame::Axis{v.x(), v.y(), v.z()}; };
+    const Eigen::Matrix3d back = MinimalRotation(source_axis, target_axis).transpose();
+    const Eigen::Vector3d u = target_axis.unitOrthogonal();
+    const Eigen::Vector3d v = target_axis.cross(u);
+    return {axis(source_axis),
+            axis(back * u),
+            axis(back * v),
+            axis(target_axis),
+            axis(u),
+            axis(v),
+            middle_shift.dot(target_axis)};
+  }
+
   /// The motion that lays the edge on its target and turns by `angle` about it.
   RigidTransform Motion(double angle) const {
     const Eigen::Matrix3d align = MinimalRotation(source_axis, target_axis);
@@ -62,168 +77,70 @@ EdgeEvaluator::EdgeEvaluator(const Correspondences& c, const PairColumns& column
       keypoint_(Numbered(c.source_id)),
       seen_(c.size(), 0),
       found_(c.size() + PairColumns::kPadding),
-      stabber_(c.size()) {}
+      places_(c.size()),
+      begins_(c.size()),
+      ends_(c.size()),
+      stabber_(c.size()) {
+  for (auto* columns_of : {&in_source_, &in_target_}) {
+    for (std::vector<double>& column : *columns_of) column.resize(c.size() + kTurnPadding);
+  }
+  arcs_.reserve(c.size());
+}
 
-/// Necessary condition for a row to agree with the edge under some rotation about it: equal
-/// distance from row i and equal signed projection on the edge, both within 2 l.
-void EdgeEvaluator::CollectRows(std::uint32_t i, const Edge& edge, int bar) {
-  rows_.clear();
-  const Eigen::Vector3f q = edge.source_axis.cast<float>();
-  const Eigen::Vector3f p = edge.target_axis.cast<float>();
-  const std::size_t count = FindAlongEdge(
-      View(columns_), {i, q.x(), q.y(), q.z(), p.x(), p.y(), p.z()}, static_cast<float>(limit_m_),
-      Slack(columns_), static_cast<std::size_t>(std::max(bar, 0)), found_.data());
-  for (const std::uint32_t k : std::span(found_).first(count)) {
-    const Eigen::Vector3d s = c_.source[k] - edge.source;
-    const Eigen::Vector3d m = c_.target[k] - edge.target;
-    if (std::abs(s.norm() - m.norm()) < limit_m_ &&
-        std::abs(s.dot(edge.source_axis) - m.dot(edge.target_axis)) < limit_m_ &&
-        RiseAlike(s, m, limit_m_, upright_)) {
-      rows_.push_back(k);
+/// The rotations about the edge that satisfy each of the rows found along it (paper Eq. 5 with the
+/// alignment that must precede it).
+void EdgeEvaluator::CollectArcs(const Edge& edge, std::span<const std::uint32_t> found) {
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const Eigen::Vector3d s = c_.source[found[i]] - edge.source;
+    const Eigen::Vector3d t = c_.target[found[i]] - edge.target;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      in_source_[axis][i] = s[static_cast<Eigen::Index>(axis)];
+      in_target_[axis][i] = t[static_cast<Eigen::Index>(axis)];
     }
   }
-}
-
-/// Distinct key points of `rows_`.
-int EdgeEvaluator::DistinctRows() {
-  ++count_;
-  int distinct = 0;
-  for (const std::uint32_t row : rows_) {
-    std::uint32_t& last = seen_[keypoint_[row]];
-    distinct += last != count_ ? 1 : 0;
-    last = count_;
-  }
-  return distinct;
-}
-
-/// Whether some rotation brings the candidate within the limit.
-bool EdgeEvaluator::CanMeet(const Candidate& k) const {
-  const double limit2 = limit_m_ * limit_m_;
-  const double quick = std::sqrt(k.source_u * k.source_u + k.source_v * k.source_v) -
-                       std::sqrt(k.target_u * k.target_u + k.target_v * k.target_v);
-  const double rest = quick * quick + k.along * k.along;
-  // Far from the limit the digits that hypot adds do not matter, and it takes its time.
-  if (std::abs(rest - limit2) > 1e-6 * limit2) return rest <= limit2;
-  const double exact = std::hypot(k.source_u, k.source_v) - std::hypot(k.target_u, k.target_v);
-  return exact * exact + k.along * k.along <= limit2;
-}
-
-/// The rows as the edge sees them; drops those that no rotation satisfies.
-void EdgeEvaluator::CollectCandidates(const Edge& edge) {
-  const Eigen::Matrix3d align = MinimalRotation(edge.source_axis, edge.target_axis);
-  const Eigen::Vector3d& axis = edge.target_axis;
-  const Eigen::Vector3d u = axis.unitOrthogonal();
-  const Eigen::Vector3d v = axis.cross(u);
-  candidates_.clear();
+  const auto begins = [](const std::array<std::vector<double>, 3>& columns) {
+    return std::array<const double*, 3>{columns[0].data(), columns[1].data(), columns[2].data()};
+  };
+  const std::size_t count =
+      FindTurns({begins(in_source_), begins(in_target_), found.size()}, edge.Frame(), limit_m_,
+                places_.data(), begins_.data(), ends_.data());
+  arcs_.clear();
   sectors_.Clear();
-  for (const std::uint32_t k : rows_) {
-    const Eigen::Vector3d m = align * (c_.source[k] - edge.source) + edge.middle_shift;
-    const Eigen::Vector3d q = c_.target[k] - edge.target;
-    Candidate candidate{k, m.dot(u), m.dot(v), q.dot(u), q.dot(v), q.dot(axis) - m.dot(axis), {}};
-    if (!CanMeet(candidate)) continue;
-    candidate.sectors = SectorsOf(candidate);
-    sectors_.Add(candidate.sectors);
-    candidates_.push_back(candidate);
+  for (std::size_t n = 0; n < count; ++n) {
+    arcs_.push_back({begins_[n], ends_[n], keypoint_[found[places_[n]]]});
+    sectors_.Add(arcs_.back());
   }
-  sectors_.Count();
 }
 
-/// Tight reliability of an edge (paper Eq. 5 with the alignment that must precede it): after moving
-/// the edge onto its target, each candidate is satisfied for an interval of rotation angles about
-/// it; the best stabbing angle gives the hypothesis.
-EdgeHypothesis EdgeEvaluator::Tight(const Edge& edge) {
-  intervals_.clear();
-  for (const Candidate& k : candidates_) {
-    const double radius_m = std::hypot(k.source_u, k.source_v);
-    const double radius_q = std::hypot(k.target_u, k.target_v);
-    // |Rz(angle) m - q|^2 <= limit^2  <=>  cos(angle - (azimuth_q - azimuth_m)) >= kappa
-    const double product = 2.0 * radius_m * radius_q;
-    const double kappa = product > 1e-12 ? (radius_m * radius_m + radius_q * radius_q +
-                                            k.along * k.along - limit_m_ * limit_m_) /
-                                               product
-                                         : -1.0;
-    const std::uint32_t keypoint = keypoint_[k.row];
-    if (kappa <= -1.0) {
-      intervals_.push_back({0.0, 2.0 * std::numbers::pi, keypoint});
-      continue;
-    }
-    const double half_width = std::acos(std::min(kappa, 1.0));
-    const double center = std::atan2(k.target_v, k.target_u) - std::atan2(k.source_v, k.source_u);
-    intervals_.push_back({center - half_width, center + half_width, keypoint});
-  }
-
-  const StabbingResult stabbed = stabber_.Stab(intervals_);
-  EdgeHypothesis hypothesis;
-  hypothesis.consensus = stabbed.count;
-  hypothesis.target_from_source = edge.Motion(stabbed.angle);
-  return hypothesis;
-}
-
-/// The sectors of its interval of angles.
-RotationSectors::Range EdgeEvaluator::SectorsOf(const Candidate& k) const {
-  const double square_m = k.source_u * k.source_u + k.source_v * k.source_v;
-  const double square_q = k.target_u * k.target_u + k.target_v * k.target_v;
-  const double product = 2.0 * std::sqrt(square_m * square_q);
-  const double rest = square_m + square_q + k.along * k.along - limit_m_ * limit_m_;
-  if (product < 1e-9 || rest <= -product) return {};
-  return RotationSectors::RangeOf(k.target_u * k.source_u + k.target_v * k.source_v,
-                                  k.target_v * k.source_u - k.target_u * k.source_v,
-                                  rest / product);
-}
-
-/// Distinct key points that surely lie within the limit under this rotation.
-int EdgeEvaluator::CountAt(double angle) {
-  constexpr double kRounding = 1e-9;
-  const double limit2 = std::pow(limit_m_ - kRounding, 2);
-  const double c = std::cos(angle);
-  const double s = std::sin(angle);
-  ++count_;
+/// Distinct key points that this rotation satisfies.
+int EdgeEvaluator::CountAt(double turn) {
+  BeginCount();
   int distinct = 0;
-  for (const Candidate& k : candidates_) {
-    const double u = c * k.source_u - s * k.source_v - k.target_u;
-    const double v = s * k.source_u + c * k.source_v - k.target_v;
-    if (u * u + v * v + k.along * k.along > limit2) continue;
-    std::uint32_t& last = seen_[keypoint_[k.row]];
-    distinct += last != count_ ? 1 : 0;
-    last = count_;
+  for (const TurnArc& arc : arcs_) {
+    if (Contains(arc, turn) && IsNew(arc.id)) ++distinct;
   }
   return distinct;
 }
 
-/// Drops the candidates in no sector with more than `bar`: what they take part in does not matter.
-/// False if none remains.
-bool EdgeEvaluator::KeepPromising(int bar) {
-  const std::vector<RotationSectors::Run>& runs = sectors_.RunsAbove(bar);
-  std::erase_if(candidates_, [&](const Candidate& k) {
-    return std::none_of(runs.begin(), runs.end(), [&](const RotationSectors::Run& run) {
-      return k.sectors.Touches(run.begin, run.end);
-    });
-  });
-  return !candidates_.empty();
-}
-
-/// Distinct key points of the candidates that touch any of these sectors.
+/// Distinct key points whose arcs touch any of these sectors.
 int EdgeEvaluator::DistinctIn(const RotationSectors::Run& run) {
-  ++count_;
+  BeginCount();
   int distinct = 0;
-  for (const Candidate& k : candidates_) {
-    if (!k.sectors.Touches(run.begin, run.end)) continue;
-    std::uint32_t& seen = seen_[keypoint_[k.row]];
-    distinct += seen != count_ ? 1 : 0;
-    seen = count_;
+  for (const TurnArc& arc : arcs_) {
+    if (run.Touches(arc) && IsNew(arc.id)) ++distinct;
   }
   return distinct;
 }
 
-/// Whether every run of sectors with more than `bar` lies near a known hypothesis that gathers no
-/// fewer than the run can.
-bool EdgeEvaluator::IsKnown(const Edge& edge, int bar, const KnownHypotheses& known) {
+/// Whether every run of sectors lies near a known hypothesis that gathers no fewer than the run
+/// can.
+bool EdgeEvaluator::IsKnown(const Edge& edge, std::span<const RotationSectors::Run> runs,
+                            const KnownHypotheses& known) {
   constexpr double kRounding = 1e-6;
   if (known.hypotheses.empty()) return false;
-  const std::vector<RotationSectors::Run>& runs = sectors_.RunsAbove(bar);
   return std::all_of(runs.begin(), runs.end(), [&](const RotationSectors::Run& run) {
-    const double begin = RotationSectors::BeginOf(run.begin);
-    const double end = RotationSectors::BeginOf(run.end);
+    const double begin = AngleOf(run.begin_turn());
+    const double end = AngleOf(run.end_turn());
     const double half = 0.5 * (end - begin) + kRounding;
     if (half >= known.nearness.angle_rad) return false;
     const RigidTransform middle = edge.Motion(0.5 * (begin + end));
@@ -238,37 +155,66 @@ bool EdgeEvaluator::IsKnown(const Edge& edge, int bar, const KnownHypotheses& kn
   });
 }
 
+/// Tight reliability: the rotation that most arcs hold gives the hypothesis.
+std::optional<EdgeHypothesis> EdgeEvaluator::Tight(const Edge& edge, int bar,
+                                                   const KnownHypotheses& known) {
+  if (sectors_.Count() <= bar) return std::nullopt;
+  // The best rotation gathers no fewer than that in the middle of the fullest sectors.
+  bar = std::max(bar, CountAt(sectors_.PeakTurn()) - 1);
+  const std::vector<RotationSectors::Run>& runs = sectors_.RunsAbove(bar);
+  if (IsKnown(edge, runs, known)) return std::nullopt;
+  const StabbingResult stabbed = stabber_.Stab(arcs_, runs);
+  return EdgeHypothesis{edge.Motion(stabbed.angle), stabbed.count};
+}
+
+/// Whether a row has the same distance from the edge's first row, projection on the edge and rise
+/// in both clouds.
+bool EdgeEvaluator::LiesAlike(const Edge& edge, std::uint32_t row) const {
+  const Eigen::Vector3d s = c_.source[row] - edge.source;
+  const Eigen::Vector3d t = c_.target[row] - edge.target;
+  return std::abs(s.norm() - t.norm()) < limit_m_ &&
+         std::abs(s.dot(edge.source_axis) - t.dot(edge.target_axis)) < limit_m_ &&
+         RiseAlike(s, t, limit_m_, upright_);
+}
+
 /// The same for levelled instruments: the edge's bearings give the one angle that is left. Edges
 /// steeper than 60 deg have no sure bearing and give no consensus.
-EdgeHypothesis EdgeEvaluator::Upright(const Edge& edge) {
-  EdgeHypothesis hypothesis;
+std::optional<EdgeHypothesis> EdgeEvaluator::Upright(const Edge& edge, int bar,
+                                                     std::span<const std::uint32_t> found) {
   constexpr double kFlat = 0.5;
   const Eigen::Vector2d in_source = edge.source_axis.head<2>();
   const Eigen::Vector2d in_target = edge.target_axis.head<2>();
-  if (std::min(in_source.norm(), in_target.norm()) < kFlat) return hypothesis;
+  if (std::min(in_source.norm(), in_target.norm()) < kFlat) return std::nullopt;
   const double turn =
       std::atan2(in_target.y(), in_target.x()) - std::atan2(in_source.y(), in_source.x());
-  RigidTransform& motion = hypothesis.target_from_source;
+  RigidTransform motion;
   motion.rotation = Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitZ()).toRotationMatrix();
   motion.translation = edge.target + edge.middle_shift - motion.rotation * edge.source;
-  std::erase_if(rows_, [&](std::uint32_t k) {
-    return !((motion * c_.source[k] - c_.target[k]).norm() < limit_m_);
-  });
-  hypothesis.consensus = DistinctRows();
-  return hypothesis;
+  BeginCount();
+  int distinct = 0;
+  for (const std::uint32_t k : found) {
+    if (LiesAlike(edge, k) && (motion * c_.source[k] - c_.target[k]).norm() < limit_m_ &&
+        IsNew(keypoint_[k])) {
+      ++distinct;
+    }
+  }
+  if (distinct <= bar) return std::nullopt;
+  return EdgeHypothesis{motion, distinct};
 }
 
 std::optional<EdgeHypothesis> EdgeEvaluator::Evaluate(std::uint32_t i, std::uint32_t j, int bar,
                                                       const KnownHypotheses& known) {
   const Edge edge(c_, i, j);
-  CollectRows(i, edge, bar);
-  if (static_cast<int>(rows_.size()) <= bar || DistinctRows() <= bar) return std::nullopt;
-  if (upright_) return Upright(edge);
-  CollectCandidates(edge);
-  // The best rotation gathers no fewer than that in the middle of the fullest sectors.
-  bar = std::max(bar, CountAt(sectors_.PeakAngle()) - 1);
-  if (!KeepPromising(bar) || IsKnown(edge, bar, known)) return std::nullopt;
-  return Tight(edge);
+  const Eigen::Vector3f q = edge.source_axis.cast<float>();
+  const Eigen::Vector3f p = edge.target_axis.cast<float>();
+  const std::size_t count = FindAlongEdge(
+      View(columns_), {i, q.x(), q.y(), q.z(), p.x(), p.y(), p.z()}, static_cast<float>(limit_m_),
+      Slack(columns_), static_cast<std::size_t>(std::max(bar, 0)), found_.data());
+  const auto found = std::span<const std::uint32_t>(found_).first(count);
+  if (upright_) return Upright(edge, bar, found);
+  CollectArcs(edge, found);
+  if (static_cast<int>(arcs_.size()) <= bar) return std::nullopt;
+  return Tight(edge, bar, known);
 }
 
 }  // namespace backsight

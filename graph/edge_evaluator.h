@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <optional>
 #include <span>
 #include <vector>
@@ -41,10 +42,11 @@ struct KnownHypotheses {
 
 /// Reliability of edges (paper section III-C) where only those matter that gather more key points
 /// than a bar. Bounds from cheap to dear come first: rows that may lie alike with respect to the
-/// edge, the key points among them, those that some rotation about the edge can satisfy, and the
-/// most that one sector of rotations holds. What the fullest sector's middle gathers, in turn,
-/// rules out all sectors that hold less. Keeps its memory from edge to edge. Time O(K) per edge
-/// that a bound rejects, O(K + n log n) for n rows that pass.
+/// edge, those that some rotation about the edge can satisfy, and the most that one sector of
+/// rotations holds. What the fullest sector's middle gathers, in turn, rules out all sectors that
+/// hold less. Rotations are told apart without trigonometry (graph/turn_measure.h). Keeps its
+/// memory from edge to edge. Time O(K) per edge that a bound rejects, O(K + n log n) for n rows
+/// that pass.
 class EdgeEvaluator {
  public:
   /// `c` and `columns` (of `c`) must outlive it. `limit_m`: 2 l.
@@ -59,25 +61,22 @@ class EdgeEvaluator {
 
  private:
   struct Edge;
-  /// A row seen along the edge, after the edge was moved onto its target.
-  struct Candidate {
-    std::uint32_t row = 0;
-    double source_u = 0.0, source_v = 0.0;  // across the edge
-    double target_u = 0.0, target_v = 0.0;
-    double along = 0.0;              // target less source
-    RotationSectors::Range sectors;  // that its interval of rotation angles touches
-  };
-  void CollectRows(std::uint32_t i, const Edge& edge, int bar);
-  void CollectCandidates(const Edge& edge);
-  bool CanMeet(const Candidate& candidate) const;
-  int DistinctRows();
-  RotationSectors::Range SectorsOf(const Candidate& candidate) const;
-  int CountAt(double angle);
-  bool KeepPromising(int bar);
+  void CollectArcs(const Edge& edge, std::span<const std::uint32_t> found);
+  int CountAt(double turn);
   int DistinctIn(const RotationSectors::Run& run);
-  bool IsKnown(const Edge& edge, int bar, const KnownHypotheses& known);
-  EdgeHypothesis Tight(const Edge& edge);
-  EdgeHypothesis Upright(const Edge& edge);
+  bool IsKnown(const Edge& edge, std::span<const RotationSectors::Run> runs,
+               const KnownHypotheses& known);
+  std::optional<EdgeHypothesis> Tight(const Edge& edge, int bar, const KnownHypotheses& known);
+  bool LiesAlike(const Edge& edge, std::uint32_t row) const;
+  std::optional<EdgeHypothesis> Upright(const Edge& edge, int bar,
+                                        std::span<const std::uint32_t> found);
+  /// Whether the row's key point is met for the first time since BeginCount.
+  bool IsNew(std::uint32_t keypoint) {
+    const bool is_new = seen_[keypoint] != count_;
+    seen_[keypoint] = count_;
+    return is_new;
+  }
+  void BeginCount() { ++count_; }
 
   const Correspondences& c_;
   const PairColumns& columns_;
@@ -86,11 +85,13 @@ class EdgeEvaluator {
   std::vector<std::uint32_t> keypoint_;  // of each row: its source id, numbered without gaps
   std::vector<std::uint32_t> seen_;      // per key point: the last count that met it
   std::uint32_t count_ = 0;
-  std::vector<std::uint32_t> found_;  // rows from the kernel
-  std::vector<std::uint32_t> rows_;
-  std::vector<Candidate> candidates_;
-  RotationSectors sectors_;  // of the candidates' intervals
-  std::vector<AngleInterval> intervals_;
+  std::vector<std::uint32_t> found_;              // rows from the kernel
+  std::array<std::vector<double>, 3> in_source_;  // their offsets from the edge's first row
+  std::array<std::vector<double>, 3> in_target_;  // likewise
+  std::vector<std::uint32_t> places_;             // of those with an arc
+  std::vector<double> begins_, ends_;             // of the arcs
+  std::vector<TurnArc> arcs_;                     // rotations that satisfy a row
+  RotationSectors sectors_;                       // of the arcs
   IntervalStabber stabber_;
 };
 

@@ -1,78 +1,82 @@
 #include "graph/interval_stabbing.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
 
 namespace backsight {
-namespace {
 
-constexpr double kTurn = 2.0 * std::numbers::pi;
-
-}  // namespace
-
-void IntervalStabber::MakeEvents(std::span<const AngleInterval> intervals) {
-  events_.clear();
-  const auto add = [&](double begin, double end, std::uint32_t id) {
-    events_.push_back({begin, +1, id});
-    events_.push_back({end, -1, id});
-  };
-  for (const AngleInterval& interval : intervals) {
-    const double width = interval.end - interval.begin;
-    if (width >= kTurn) {
-      add(0.0, kTurn, interval.id);
-      continue;
-    }
-    const double begin = interval.begin - kTurn * std::floor(interval.begin / kTurn);
-    if (begin + width < kTurn) {
-      add(begin, begin + width, interval.id);
-    } else {  // wraps, or touches what begins at 0: cut at the full turn
-      add(begin, kTurn, interval.id);
-      add(0.0, begin + width - kTurn, interval.id);
-    }
+/// The part of the arc piece [from, to] in the run from `begin` to `end`: open from the run's begin
+/// on, or from an event.
+void IntervalStabber::Add(double from, double to, double begin, double end, std::uint32_t id,
+                          int* count) {
+  if (from > end || to < begin) return;
+  if (from <= begin) {
+    if (++open_[id] == 1) ++*count;
+  } else {
+    events_.push_back({from, +1, id});
   }
+  if (to < end) events_.push_back({to, -1, id});
 }
 
-StabbingResult IntervalStabber::Stab(std::span<const AngleInterval> intervals) {
-  MakeEvents(intervals);
-  // Opens before closes at equal angles, so that touching intervals count together.
-  std::sort(events_.begin(), events_.end(), [](const Event& a, const Event& b) {
-    return a.angle != b.angle ? a.angle < b.angle : a.step > b.step;
-  });
-  StabbingResult best;
+/// Sets the events of a run; returns how many ids are open where it begins.
+int IntervalStabber::Enter(std::span<const TurnArc> arcs, double begin, double end) {
+  events_.clear();
   int count = 0;
-  double changed = 0.0;           // where count took its present value
-  double begin = 0.0, end = 0.0;  // of the best segment
-  bool in_best = false;
-  double tail_begin = 0.0;  // of the segment that ends at the cut
-  int tail_count = -1;
-  for (const Event& event : events_) {
-    if (event.angle >= kTurn && tail_count < 0) {
-      tail_begin = changed;
-      tail_count = count;
-    }
-    int& depth = open_[event.id];
-    depth += event.step;
-    const bool opens = event.step > 0 && depth == 1;
-    const bool closes = event.step < 0 && depth == 0;
-    if (!opens && !closes) continue;
-    count += event.step;
-    changed = event.angle;
-    if (count > best.count) {
-      best.count = count;
-      begin = event.angle;
-      in_best = true;
-    } else if (closes && in_best) {
-      end = event.angle;
-      in_best = false;
+  for (const TurnArc& arc : arcs) {
+    if (arc.end < kFullTurn || arc.begin == 0.0) {
+      Add(arc.begin, std::min(arc.end, kFullTurn), begin, end, arc.id, &count);
+    } else {  // passes the full turn, or touches what begins at 0: cut there
+      Add(arc.begin, kFullTurn, begin, end, arc.id, &count);
+      Add(0.0, arc.end - kFullTurn, begin, end, arc.id, &count);
     }
   }
+  // Opens before closes at equal turns, so that touching arcs count together.
+  std::sort(events_.begin(), events_.end(), [](const Event& a, const Event& b) {
+    return a.turn != b.turn ? a.turn < b.turn : a.step > b.step;
+  });
+  return count;
+}
+
+StabbingResult IntervalStabber::Stab(std::span<const TurnArc> arcs,
+                                     std::span<const RotationSectors::Run> runs) {
+  Segment best;
+  double tail_begin = 0.0;  // of the segment that ends at the full turn
+  int tail_count = -1;
+  for (const RotationSectors::Run& run : runs) {
+    const double end = run.end_turn();
+    double changed = run.begin_turn();  // where count took its present value
+    int count = Enter(arcs, changed, end);
+    if (count > best.count) best = {count, changed, end, true};
+    for (const Event& event : events_) {
+      int& depth = open_[event.id];
+      depth += event.step;
+      const bool opens = event.step > 0 && depth == 1;
+      const bool closes = event.step < 0 && depth == 0;
+      if (!opens && !closes) continue;
+      count += event.step;
+      changed = event.turn;
+      if (count > best.count) {
+        best = {count, changed, end, true};
+      } else if (closes && best.is_open) {
+        best.end = changed;
+        best.is_open = false;
+      }
+    }
+    best.is_open = false;
+    if (end == kFullTurn) tail_begin = changed, tail_count = count;
+    for (const TurnArc& arc : arcs) open_[arc.id] = 0;
+  }
+  StabbingResult result;
+  result.count = best.count;
+  double begin = AngleOf(best.begin);
   // The best segment may begin before the cut.
-  if (begin == 0.0 && tail_count == best.count && tail_begin > 0.0) begin = tail_begin - kTurn;
-  best.angle = 0.5 * (begin + end);
-  if (best.angle < 0.0) best.angle += kTurn;
-  if (best.angle >= kTurn) best.angle -= kTurn;
-  return best;
+  if (best.begin == 0.0 && tail_count == best.count && tail_begin > 0.0) {
+    begin = AngleOf(tail_begin) - 2.0 * std::numbers::pi;
+  }
+  result.angle = 0.5 * (begin + AngleOf(best.end));
+  if (result.angle < 0.0) result.angle += 2.0 * std::numbers::pi;
+  if (result.angle >= 2.0 * std::numbers::pi) result.angle -= 2.0 * std::numbers::pi;
+  return result;
 }
 
 }  // namespace backsight

@@ -13,16 +13,43 @@ namespace {
 
 constexpr double kTurn = 2.0 * std::numbers::pi;
 
-StabbingResult StabIntervals(const std::vector<AngleInterval>& intervals) {
+/// An interval of angles in radians, at most a full turn.
+struct AngleInterval {
+  double begin = 0.0;
+  double end = 0.0;
+  std::uint32_t id = 0;
+};
+
+TurnArc ArcOf(const AngleInterval& interval) {
+  if (interval.end - interval.begin >= kTurn) return {0.0, kFullTurn, interval.id};
+  const auto turn = [](double angle) {
+    const double t = TurnOf(std::cos(angle), std::sin(angle));
+    return t >= kFullTurn ? 0.0 : t;
+  };
+  TurnArc arc{turn(interval.begin), turn(interval.end), interval.id};
+  if (arc.end < arc.begin) arc.end += kFullTurn;
+  return arc;
+}
+
+constexpr RotationSectors::Run kAllRound{0, RotationSectors::kCount};
+
+StabbingResult StabIntervals(const std::vector<AngleInterval>& intervals,
+                             std::span<const RotationSectors::Run> runs = {&kAllRound, 1}) {
   std::size_t ids = 0;
-  for (const AngleInterval& interval : intervals) ids = std::max<std::size_t>(ids, interval.id + 1);
-  return IntervalStabber(ids).Stab(intervals);
+  std::vector<TurnArc> arcs;
+  for (const AngleInterval& interval : intervals) {
+    ids = std::max<std::size_t>(ids, interval.id + 1);
+    arcs.push_back(ArcOf(interval));
+  }
+  return IntervalStabber(ids).Stab(arcs, runs);
 }
 
 bool Covers(const AngleInterval& interval, double angle) {
   if (interval.end - interval.begin >= kTurn) return true;
-  const double offset = angle - interval.begin;
-  return offset - kTurn * std::floor(offset / kTurn) <= interval.end - interval.begin;
+  constexpr double kRounding = 1e-12;
+  const double offset = angle - interval.begin + kRounding;
+  return offset - kTurn * std::floor(offset / kTurn) <=
+         interval.end - interval.begin + 2.0 * kRounding;
 }
 
 int CountAt(const std::vector<AngleInterval>& intervals, double angle) {
@@ -135,6 +162,22 @@ TEST(StabIntervals, AnIdCountsOnce) {
   const StabbingResult best = StabIntervals(intervals);
   EXPECT_EQ(best.count, 2);
   EXPECT_EQ(CountAt(intervals, best.angle), 2);
+}
+
+TEST(StabIntervals, FindsTheSameInTheRunsThatHoldIt) {
+  Random random(3);
+  for (int round = 0; round < 300; ++round) {
+    const auto intervals = RandomIntervals(random, 40, round % 3 == 0 ? 3.0 : 0.5, 25);
+    const StabbingResult all = StabIntervals(intervals);
+    RotationSectors sectors;
+    for (const AngleInterval& interval : intervals) sectors.Add(ArcOf(interval));
+    sectors.Count();
+    for (const int bar : {0, all.count / 2, all.count - 1}) {
+      const StabbingResult in_runs = StabIntervals(intervals, sectors.RunsAbove(bar));
+      EXPECT_EQ(in_runs.count, all.count);
+      EXPECT_EQ(in_runs.angle, all.angle);
+    }
+  }
 }
 
 }  // namespace

@@ -13,47 +13,66 @@ namespace {
 
 constexpr double kTurn = 2.0 * std::numbers::pi;
 
+double BeginOf(std::size_t sector) {
+  return AngleOf(RotationSectors::Run{sector, sector}.begin_turn());
+}
+
+TEST(TurnMeasure, IsTheDirectionInAnotherMeasure) {
+  EXPECT_EQ(TurnOf(2.0, 0.0), 0.0);
+  EXPECT_EQ(TurnOf(0.0, 2.0), 1.0);
+  EXPECT_EQ(TurnOf(-2.0, 0.0), 2.0);
+  EXPECT_EQ(TurnOf(0.0, -2.0), 3.0);
+  double last = 0.0;
+  for (double angle = 0.0; angle < kTurn; angle += 0.001) {
+    const double turn = TurnOf(3.0 * std::cos(angle), 3.0 * std::sin(angle));
+    EXPECT_GE(turn, last);
+    EXPECT_LE(turn, kFullTurn);
+    EXPECT_NEAR(AngleOf(turn), angle, 1e-14);
+    last = turn;
+  }
+  EXPECT_EQ(AngleOf(kFullTurn), kTurn);
+}
+
 TEST(RotationSectors, BeginOneAfterTheOtherAllRound) {
-  EXPECT_EQ(RotationSectors::BeginOf(0), 0.0);
-  EXPECT_EQ(RotationSectors::BeginOf(RotationSectors::kCount), kTurn);
+  EXPECT_EQ(BeginOf(0), 0.0);
+  EXPECT_EQ(BeginOf(RotationSectors::kCount), kTurn);
   for (std::size_t sector = 0; sector < RotationSectors::kCount; ++sector) {
-    const double width = RotationSectors::BeginOf(sector + 1) - RotationSectors::BeginOf(sector);
+    const double width = BeginOf(sector + 1) - BeginOf(sector);
     EXPECT_GT(width, 0.6 * kTurn / RotationSectors::kCount);
     EXPECT_LT(width, 1.28 * kTurn / RotationSectors::kCount);
   }
 }
 
-TEST(RotationSectors, NoAngleLiesInMoreIntervalsThanItsSectorCounts) {
-  struct Interval {
-    double center, half;
-  };
+TurnArc RandomArc(Random& random, bool about_the_cut) {
+  // Every other trial about one direction, at the cut.
+  const double begin = about_the_cut ? 0.03 * random.Normal() : random.Uniform(0.0, kFullTurn);
+  const double width = random.Uniform(0.0, random.Index(8) == 0 ? 3.9 : 0.1);
+  TurnArc arc{begin < 0.0 ? begin + kFullTurn : begin, 0.0, 0};
+  arc.end = arc.begin + width;
+  return random.Index(30) == 0 ? TurnArc{0.0, kFullTurn, 0} : arc;
+}
+
+TEST(RotationSectors, NoRotationLiesInMoreArcsThanItsSectorCounts) {
   Random random(3);
   RotationSectors sectors;
   for (int trial = 0; trial < 40; ++trial) {
-    std::vector<Interval> intervals(1 + random.Index(60));
-    std::vector<RotationSectors::Range> ranges;
+    std::vector<TurnArc> arcs(1 + random.Index(60));
     sectors.Clear();
-    for (Interval& interval : intervals) {
-      // Every other trial about one direction, at times at the cut.
-      interval.center = trial % 2 == 0 ? random.Uniform(0.0, kTurn) : 0.05 * random.Normal();
-      interval.half = random.Uniform(0.0, random.Index(8) == 0 ? 2.0 : 0.1);
-      ranges.push_back(RotationSectors::RangeOf(3.0 * std::cos(interval.center),
-                                                3.0 * std::sin(interval.center),
-                                                std::cos(interval.half)));
-      sectors.Add(ranges.back());
+    for (TurnArc& arc : arcs) {
+      arc = RandomArc(random, trial % 2 == 1);
+      sectors.Add(arc);
     }
-    sectors.Count();
+    const int fullest = sectors.Count();
     int most = 0;
     for (int step = 0; step < 5000; ++step) {
-      const double angle = random.Uniform(0.0, kTurn);
-      std::size_t sector = 0;
-      while (RotationSectors::BeginOf(sector + 1) < angle) ++sector;
+      const double turn = random.Uniform(0.0, kFullTurn);
+      const auto sector = static_cast<std::size_t>(turn * RotationSectors::kCount / kFullTurn);
+      const RotationSectors::Run its{sector, sector + 1};
       int inside = 0;
-      for (std::size_t i = 0; i < intervals.size(); ++i) {
-        const double off = std::abs(std::remainder(angle - intervals[i].center, kTurn));
-        if (off > intervals[i].half) continue;
+      for (const TurnArc& arc : arcs) {
+        if (!Contains(arc, turn)) continue;
         ++inside;
-        EXPECT_TRUE(ranges[i].Touches(sector, sector + 1));
+        EXPECT_TRUE(its.Touches(arc));
       }
       most = std::max(most, inside);
       if (inside == 0) continue;
@@ -62,12 +81,13 @@ TEST(RotationSectors, NoAngleLiesInMoreIntervalsThanItsSectorCounts) {
         return run.begin <= sector && sector < run.end;
       }));
     }
-    const double peak = sectors.PeakAngle();
-    const auto& runs = sectors.RunsAbove(most - 1);
+    EXPECT_LE(most, fullest);
+    const double peak = sectors.PeakTurn();
+    const auto& runs = sectors.RunsAbove(fullest - 1);
     EXPECT_TRUE(std::any_of(runs.begin(), runs.end(), [&](const RotationSectors::Run& run) {
-      return RotationSectors::BeginOf(run.begin) <= peak &&
-             peak <= RotationSectors::BeginOf(run.end);
+      return run.begin_turn() <= peak && peak <= run.end_turn();
     }));
+    EXPECT_TRUE(sectors.RunsAbove(fullest).empty());
   }
 }
 
