@@ -8,6 +8,26 @@
 #include "graph/reliability_kernels.h"
 
 namespace backsight {
+namespace {
+
+/// Few rows, which one thread sums in some milliseconds, share the work of each pair of them; many
+/// share the threads instead. The bits are the same.
+void SumSideBySide(const PairColumns& columns, const CompatibilityRule& rule,
+                   const ExecutionContext& context, std::span<float> sums) {
+  constexpr std::size_t kFew = 6000;
+  if (sums.size() <= kFew || context.threads() == 1) {
+    SumAllReliabilities(View(columns), rule, sums);
+    return;
+  }
+  constexpr std::size_t kRows = 64;  // at a time
+  context.ParallelFor((sums.size() + kRows - 1) / kRows, [&](std::size_t chunk) {
+    const std::size_t begin = chunk * kRows;
+    SumReliabilities(View(columns), rule, begin,
+                     sums.subspan(begin, std::min(kRows, sums.size() - begin)));
+  });
+}
+
+}  // namespace
 
 ReliableNodes SelectReliableNodes(const Correspondences& c, const NodeReliabilityOptions& options,
                                   const ExecutionContext& context) {
@@ -22,13 +42,7 @@ ReliableNodes SelectReliableNodes(const Correspondences& c, const NodeReliabilit
     rule.slope = static_cast<float>(options.upright->max_tilt_rad);
   }
   result.reliability.resize(c.size());
-  constexpr std::size_t kRows = 64;  // at a time
-  context.ParallelFor((c.size() + kRows - 1) / kRows, [&](std::size_t chunk) {
-    const std::size_t begin = chunk * kRows;
-    const std::size_t count = std::min(kRows, c.size() - begin);
-    SumReliabilities(View(columns), rule, begin,
-                     std::span(result.reliability).subspan(begin, count));
-  });
+  SumSideBySide(columns, rule, context, result.reliability);
 
   result.rows.resize(c.size());
   std::iota(result.rows.begin(), result.rows.end(), 0U);

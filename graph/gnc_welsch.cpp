@@ -9,12 +9,11 @@
 namespace backsight {
 namespace {
 
-std::vector<double> SquaredResiduals(const Correspondences& c, const RigidTransform& transform) {
-  std::vector<double> squared(c.size());
+void SetSquaredResiduals(const Correspondences& c, const RigidTransform& transform,
+                         std::vector<double>* squared) {
   for (std::size_t a = 0; a < c.size(); ++a) {
-    squared[a] = (transform * c.source[a] - c.target[a]).squaredNorm();
+    (*squared)[a] = (transform * c.source[a] - c.target[a]).squaredNorm();
   }
-  return squared;
 }
 
 /// Per-axis standard deviation from the median length of 3-vectors with normal entries: the
@@ -55,7 +54,8 @@ GncWelschResult EstimateGncWelsch(const Correspondences& c, const RigidTransform
   result.weights.assign(c.size(), 0.0);
   if (c.size() < 3) return result;
 
-  std::vector<double> squared = SquaredResiduals(c, start);
+  std::vector<double> squared(c.size());
+  SetSquaredResiduals(c, start, &squared);
   const double sigma_0 =
       std::max(3.0 * l, std::sqrt(*std::max_element(squared.begin(), squared.end())));
   const double ratio = std::pow(l / sigma_0, 1.0 / options.annealing_steps);
@@ -82,7 +82,7 @@ GncWelschResult EstimateGncWelsch(const Correspondences& c, const RigidTransform
     }
     const double change = Change(*fit, result.target_from_source, c.source.front(), l);
     result.target_from_source = *fit;
-    squared = SquaredResiduals(c, *fit);
+    SetSquaredResiduals(c, *fit, &squared);
     result.iterations = it + 1;
     if (adapted && sigma <= sigma_min && change < kConvergedChange) {
       result.status = GncWelschResult::Status::kConverged;

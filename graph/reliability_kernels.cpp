@@ -45,13 +45,24 @@ struct RootlessTest {
   static constexpr float kSquare = 4e-10F;
 };
 
+/// Rows from b on that may be compatible with row a. Not the same bits on every instruction set,
+/// because a product and a sum are rounded together where that is faster; what is left out is
+/// compatible on none.
 template <class D>
-HWY_INLINE hn::Mask<D> MayAgree(D d, const Squares<D>& s, const RootlessTest& test) {
-  const auto sum = hn::Add(s.in_source, s.in_target);
-  const auto difference = hn::Sub(s.in_source, s.in_target);
+HWY_INLINE hn::Mask<D> MayAgree(D d, const ColumnView& c, std::size_t a, std::size_t b,
+                                const RootlessTest& test) {
+  const auto difference = [&](const float* column) {
+    return hn::Sub(hn::LoadU(d, column + b), hn::Set(d, column[a]));
+  };
+  const auto ux = difference(c.qx), uy = difference(c.qy), uz = difference(c.qz);
+  const auto vx = difference(c.px), vy = difference(c.py), vz = difference(c.pz);
+  const auto in_source = hn::MulAdd(ux, ux, hn::MulAdd(uy, uy, hn::Mul(uz, uz)));
+  const auto in_target = hn::MulAdd(vx, vx, hn::MulAdd(vy, vy, hn::Mul(vz, vz)));
+  const auto sum = hn::Add(in_source, in_target);
+  const auto apart = hn::Sub(in_source, in_target);
   const auto bound =
-      hn::Mul(sum, hn::Add(hn::Set(d, test.linear), hn::Mul(sum, hn::Set(d, test.kSquare))));
-  return hn::Le(hn::Mul(difference, difference), bound);
+      hn::Mul(sum, hn::MulAdd(sum, hn::Set(d, test.kSquare), hn::Set(d, test.linear)));
+  return hn::Le(hn::Mul(apart, apart), bound);
 }
 
 /// exp(-y) for 0 <= y <= 2/3, relative error below 3e-7.
@@ -80,15 +91,27 @@ HWY_INLINE hn::Vec<D> WeightsAt(D d, const ColumnView& c, std::size_t a, std::si
   return hn::IfThenElseZero(compatible, weight);
 }
 
-/// Whether any of the chunk's rows may be compatible with row a.
-HWY_INLINE bool AnyMayAgree(const ColumnView& c, std::size_t a, std::size_t b,
-                            const RootlessTest& test) {
+/// MayAgree of a chunk: a bit for each row.
+HWY_INLINE std::uint32_t MayAgreeBits(const ColumnView& c, std::size_t a, std::size_t b,
+                                      const RootlessTest& test) {
   const Wide d;
-  bool any = false;
+  std::uint32_t all = 0;
   for (std::size_t i = 0; i < kChunk; i += hn::Lanes(d)) {
-    any |= !hn::AllFalse(d, MayAgree(d, SquaresAt(d, c, a, b + i), test));
+    std::uint8_t bytes[8] = {};
+    hn::StoreMaskBits(d, MayAgree(d, c, a, b + i, test), bytes);
+    all |= static_cast<std::uint32_t>(bytes[0] | bytes[1] << 8) << i;
   }
-  return any;
+  return all;
+}
+
+/// Whether any of the chunk's rows i to i + lanes - 1 is marked.
+HWY_INLINE bool AnyMarked(std::uint32_t bits, std::size_t i) {
+  return (bits >> i & ((1U << hn::Lanes(Sums())) - 1U)) != 0;
+}
+
+HWY_INLINE void AddTo(hn::Vec<Sums> term, float* sum) {
+  const Sums d;
+  hn::StoreU(hn::Add(hn::LoadU(d, sum), term), d, sum);
 }
 
 float SumReliability(const ColumnView& c, const CompatibilityRule& rule, std::size_t a) {
@@ -97,10 +120,10 @@ float SumReliability(const ColumnView& c, const CompatibilityRule& rule, std::si
   HWY_ALIGN float lanes[kLanes] = {};
   const std::size_t whole = c.rows - c.rows % kLanes;
   for (std::size_t b = 0; b < whole; b += kChunk) {
-    if (!AnyMayAgree(c, a, b, test)) continue;
+    const std::uint32_t bits = MayAgreeBits(c, a, b, test);
+    if (bits == 0) continue;
     for (std::size_t i = 0; i < kChunk && b + i < whole; i += hn::Lanes(d)) {
-      float* sum = lanes + i % kLanes;
-      hn::Store(hn::Add(hn::Load(d, sum), WeightsAt(d, c, a, b + i, rule)), d, sum);
+      if (AnyMarked(bits, i)) AddTo(WeightsAt(d, c, a, b + i, rule), lanes + i % kLanes);
     }
   }
   float sum = 0.0F;
@@ -115,6 +138,53 @@ float SumReliability(const ColumnView& c, const CompatibilityRule& rule, std::si
 void SumReliabilities(const ColumnView& c, const CompatibilityRule& rule, std::size_t begin,
                       float* out, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) out[i] = SumReliability(c, rule, begin + i);
+}
+
+/// Adds what the rows after `a`, but for those from `whole` on, have in common with it: to `lanes`
+/// by their own number, and to their own sums in the lane of `a`, whose columns begin at `of_rows`.
+HWY_INLINE void AddLater(const ColumnView& c, const CompatibilityRule& rule,
+                         const RootlessTest& test, std::size_t a, std::size_t whole, float* lanes,
+                         float* of_rows) {
+  const Sums d;
+  for (std::size_t b = (a + 1) / kChunk * kChunk; b < whole; b += kChunk) {
+    const std::uint32_t bits = MayAgreeBits(c, a, b, test);
+    if (bits == 0) continue;
+    for (std::size_t i = 0; i < kChunk && b + i < whole; i += hn::Lanes(d)) {
+      if (!AnyMarked(bits, i) || b + i + hn::Lanes(d) <= a + 1) continue;
+      auto weights = WeightsAt(d, c, a, b + i, rule);
+      if (b + i <= a) {
+        const std::size_t earlier = a + 1 - (b + i);
+        weights = hn::IfThenZeroElse(hn::FirstN(d, earlier), weights);
+      }
+      AddTo(weights, lanes + i % kLanes);
+      AddTo(weights, of_rows + b + i);
+    }
+  }
+}
+
+/// `sums`: kLanes columns of `stride`, zeros. Rows ascend, so every lane of every row is summed in
+/// the order of SumReliability.
+void SumAllReliabilities(const ColumnView& c, const CompatibilityRule& rule, std::size_t stride,
+                         float* HWY_RESTRICT sums, float* HWY_RESTRICT out) {
+  const Sums d;
+  const RootlessTest test(rule.limit_m);
+  const std::size_t whole = c.rows - c.rows % kLanes;
+  for (std::size_t a = 0; a < c.rows; ++a) {
+    HWY_ALIGN float lanes[kLanes];
+    HWY_ALIGN float last[kLanes];
+    float* of_rows = sums + a % kLanes * stride;
+    for (std::size_t k = 0; k < kLanes; ++k) lanes[k] = sums[k * stride + a];
+    if (a < whole) AddLater(c, rule, test, a, whole, lanes, of_rows);
+    for (std::size_t i = 0; i < kLanes; i += hn::Lanes(d)) {
+      const auto weights = WeightsAt(d, c, a, whole + i, rule);
+      hn::Store(weights, d, last + i);
+      if (a < whole) AddTo(weights, of_rows + whole + i);
+    }
+    float sum = 0.0F;
+    for (const float lane : lanes) sum += lane;
+    for (std::size_t b = whole; b < c.rows; ++b) sum += last[b - whole];
+    out[a] = sum;
+  }
 }
 
 /// Appends the rows from `b` on whose lane is set.
@@ -138,7 +208,7 @@ std::size_t FindSameLength(const ColumnView& c, std::size_t a, std::size_t begin
   const RootlessTest test(limit_m);
   std::size_t count = 0;
   for (std::size_t b = begin; b < c.rows; b += hn::Lanes(d)) {
-    count = Append(d, MayAgree(d, SquaresAt(d, c, a, b), test), b, count, found);
+    count = Append(d, MayAgree(d, c, a, b, test), b, count, found);
   }
   return count;
 }
@@ -153,16 +223,14 @@ std::size_t FindAlongEdge(const ColumnView& c, const EdgeAxes& e, float limit_m,
   std::size_t count = 0;
   for (std::size_t b = 0; b < c.rows; b += hn::Lanes(d)) {
     if (count + (c.rows - b) <= bar) return 0;
-    const auto q = hn::Add(hn::Add(hn::Mul(hn::LoadU(d, c.qx + b), hn::Set(d, e.qx)),
-                                   hn::Mul(hn::LoadU(d, c.qy + b), hn::Set(d, e.qy))),
-                           hn::Mul(hn::LoadU(d, c.qz + b), hn::Set(d, e.qz)));
-    const auto p = hn::Add(hn::Add(hn::Mul(hn::LoadU(d, c.px + b), hn::Set(d, e.px)),
-                                   hn::Mul(hn::LoadU(d, c.py + b), hn::Set(d, e.py))),
-                           hn::Mul(hn::LoadU(d, c.pz + b), hn::Set(d, e.pz)));
-    const auto along = hn::Sub(hn::Sub(p, q), hn::Set(d, here));
+    const auto times = [&](const float* column, float axis, auto sum) {
+      return hn::MulAdd(hn::LoadU(d, column + b), hn::Set(d, axis), sum);
+    };
+    const auto p = times(c.px, e.px, times(c.py, e.py, times(c.pz, e.pz, hn::Set(d, -here))));
+    const auto along = times(c.qx, -e.qx, times(c.qy, -e.qy, times(c.qz, -e.qz, p)));
     const auto beside = hn::Lt(hn::Abs(along), hn::Set(d, limit_m));
     if (hn::AllFalse(d, beside)) continue;
-    count = Append(d, hn::And(beside, MayAgree(d, SquaresAt(d, c, a, b), test)), b, count, found);
+    count = Append(d, hn::And(beside, MayAgree(d, c, a, b, test)), b, count, found);
   }
   return count <= bar ? 0 : count;
 }
@@ -172,15 +240,27 @@ std::size_t FindAlongEdge(const ColumnView& c, const EdgeAxes& e, float limit_m,
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
+#include <vector>
+
 namespace backsight {
 
 HWY_EXPORT(SumReliabilities);
+HWY_EXPORT(SumAllReliabilities);
 HWY_EXPORT(FindSameLength);
 HWY_EXPORT(FindAlongEdge);
 
 void SumReliabilities(const ColumnView& columns, const CompatibilityRule& rule, std::size_t begin,
                       std::span<float> out) {
   HWY_DYNAMIC_DISPATCH(SumReliabilities)(columns, rule, begin, out.data(), out.size());
+}
+
+void SumAllReliabilities(const ColumnView& columns, const CompatibilityRule& rule,
+                         std::span<float> out) {
+  constexpr std::size_t kLanes = 8;
+  constexpr std::size_t kBeyond = 16;
+  const std::size_t stride = columns.rows + kBeyond;
+  std::vector<float> sums(kLanes * stride, 0.0F);
+  HWY_DYNAMIC_DISPATCH(SumAllReliabilities)(columns, rule, stride, sums.data(), out.data());
 }
 
 std::size_t FindSameLength(const ColumnView& columns, std::size_t a, std::size_t begin,

@@ -34,6 +34,11 @@ struct CompatibilityRule {
 void SumReliabilities(const ColumnView& columns, const CompatibilityRule& rule, std::size_t begin,
                       std::span<float> out);
 
+/// The reliabilities of all rows, with the same bits: every pair of rows is looked at once for
+/// both, in half the time of one thread. Memory 32 bytes per row.
+void SumAllReliabilities(const ColumnView& columns, const CompatibilityRule& rule,
+                         std::span<float> out);
+
 /// Rows b in [begin, rows) whose distance from row a may differ by less than `limit_m` between the
 /// clouds: all that do, and a few that differ by hardly more. `slack_m` covers the columns'
 /// rounding. Ascending; `found` has room for rows + 16. Returns their number.

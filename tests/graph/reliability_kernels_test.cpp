@@ -68,6 +68,9 @@ TEST(ReliabilityKernels, SumsAreTheSameBitsWithEveryInstructionSet) {
         std::vector<float> sums(c.size() - 3);
         SumReliabilities(View(columns), rule, 3, sums);
         EXPECT_TRUE(std::equal(sums.begin(), sums.end(), expected.begin() + 3)) << name;
+        std::vector<float> all(c.size());
+        SumAllReliabilities(View(columns), rule, all);
+        EXPECT_EQ(all, expected) << name;
       });
     }
   }
