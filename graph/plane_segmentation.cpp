@@ -9,7 +9,6 @@
 #include "core/voxel_grid.h"
 #include "graph/common_cells.h"
 #include "graph/for_each.h"
-#include "graph/plane_fit.h"
 
 namespace backsight {
 namespace {
@@ -28,43 +27,16 @@ std::uint64_t Mix(std::uint64_t z) {
   return z ^ (z >> 31U);
 }
 
-/// What one station has in a cell.
-struct StationPart {
-  std::uint32_t station = 0;
-  int clusters = 0;
-  PointCluster local;
-};
-
-/// What the stations with enough in a cell have in it; kept from cell to cell.
-struct Parts {
-  std::vector<StationPart> stations;
-  std::vector<PointCluster> world;
-  std::vector<PlaneFit> fits;
-
-  std::size_t size() const { return stations.size(); }
-  void Clear() {
-    stations.clear();
-    world.clear();
-    fits.clear();
-  }
-  void Erase(std::size_t i) {
-    const auto at = static_cast<std::ptrdiff_t>(i);
-    stations.erase(stations.begin() + at);
-    world.erase(world.begin() + at);
-    fits.erase(fits.begin() + at);
-  }
-};
-
 class Splitter {
  public:
   Splitter(const PlaneSearchOptions& options, std::span<const RigidTransform> poses,
            std::vector<PlaneAssociation>* planes)
-      : options_(options), poses_(poses), planes_(planes) {}
+      : options_(options), judge_(options, poses), planes_(planes) {}
 
   /// `items` lie in the cube with this centre and edge, ascending station.
   void Split(std::span<Item> items, const Eigen::Vector3d& center, double edge, int depth) {
     GatherParts(items);
-    if (parts_.size() < 2 || Accept(PlaneCell(center, options_.root_edge_m, depth)) ||
+    if (judge_.size() < 2 || Accept(PlaneCell(center, options_.root_edge_m, depth)) ||
         depth == options_.max_depth) {
       return;
     }
@@ -94,94 +66,33 @@ class Splitter {
     return begins;
   }
 
-  bool HasEnough(const StationPart& part) const {
-    return part.local.count >= options_.min_points || part.clusters >= options_.min_clusters;
-  }
-
   /// The stations that have enough in the cell.
   void GatherParts(std::span<const Item> items) {
-    parts_.Clear();
+    judge_.Clear();
     for (std::size_t i = 0; i < items.size();) {
-      StationPart part{.station = items[i].station, .clusters = 0, .local = {}};
+      const std::uint32_t station = items[i].station;
+      int clusters = 0;
       ClusterSum sum;
-      for (; i < items.size() && items[i].station == part.station; ++i, ++part.clusters) {
+      for (; i < items.size() && items[i].station == station; ++i, ++clusters) {
         sum.Add(*items[i].local);
       }
-      part.local = sum.Sum();
-      if (HasEnough(part)) parts_.stations.push_back(part);
+      const PointCluster local = sum.Sum();
+      if (HasEnough(local.count, clusters, options_)) judge_.Add(station, local);
     }
-  }
-
-  bool IsPlanar(const PlaneFit& fit) const {
-    const Eigen::Vector3d& e = fit.eigenvalues;
-    return e[0] < options_.max_thinness * e[1] && e[1] > options_.min_width * e[2] &&
-           std::sqrt(std::max(e[0], 0.0)) < options_.max_thickness_m;
-  }
-
-  /// Leaves the stations that see one plane in the cell, moved to the world and with their normals.
-  void KeepPlanar() {
-    for (const StationPart& part : parts_.stations) parts_.world.push_back(part.local);
-    parts_.fits.resize(parts_.size());
-    FitPlanes(parts_.world, /*normals=*/false, parts_.fits);
-    for (std::size_t i = parts_.size(); i-- > 0;) {
-      if (!IsPlanar(parts_.fits[i])) parts_.Erase(i);
-    }
-    if (parts_.size() < 2) return;
-    for (std::size_t i = 0; i < parts_.size(); ++i) {
-      const RigidTransform& pose = poses_[parts_.stations[i].station];
-      parts_.world[i] = Transformed(pose.rotation, pose.translation, parts_.stations[i].local);
-    }
-    FitPlanes(parts_.world, /*normals=*/true, parts_.fits);
-  }
-
-  /// How far station i is from the joint plane, in units of what is allowed; below 1 it agrees.
-  double Disagreement(std::size_t i, const PointCluster& joint, const PlaneFit& fit) const {
-    const double cosine = std::abs(parts_.fits[i].normal.dot(fit.normal));
-    const Eigen::Vector3d offset = parts_.world[i].mean - joint.mean;
-    const double across = offset.dot(fit.normal);
-    const double along = (offset - across * fit.normal).norm();
-    return std::max({std::acos(std::min(cosine, 1.0)) / options_.max_angle_rad,
-                     std::abs(across) / options_.max_offset_m,
-                     along / (2.0 * std::sqrt(fit.eigenvalues[2]))});
   }
 
   /// Records the plane if at least two stations see one plane here and agree on it.
   bool Accept(std::uint64_t cell) {
-    KeepPlanar();
-    while (parts_.size() >= 2) {
-      PointCluster joint;
-      for (const PointCluster& part : parts_.world) joint += part;
-      PlaneFit fit;
-      FitPlanes(std::span(&joint, 1), /*normals=*/true, std::span(&fit, 1));
-      // Only the worst goes: it may have pulled the joint plane away from the others.
-      std::size_t worst = 0;
-      double most = -1.0;
-      for (std::size_t i = 0; i < parts_.size(); ++i) {
-        const double disagreement = Disagreement(i, joint, fit);
-        if (disagreement <= most) continue;
-        worst = i;
-        most = disagreement;
-      }
-      if (!(most < 1.0)) {
-        parts_.Erase(worst);
-        continue;
-      }
-      PlaneAssociation plane;
-      plane.cell = cell;
-      plane.observations.reserve(parts_.size());
-      for (const StationPart& part : parts_.stations) {
-        plane.observations.push_back({static_cast<int>(part.station), part.local});
-      }
-      planes_->push_back(std::move(plane));
-      return true;
-    }
-    return false;
+    PlaneAssociation plane;
+    if (!judge_.Judge(&plane.observations)) return false;
+    plane.cell = cell;
+    planes_->push_back(std::move(plane));
+    return true;
   }
 
   const PlaneSearchOptions& options_;
-  std::span<const RigidTransform> poses_;
+  PlaneJudge judge_;
   std::vector<PlaneAssociation>* planes_;
-  Parts parts_;
   std::vector<Item> scratch_;
 };
 
@@ -215,10 +126,14 @@ class CellSearch {
 
 }  // namespace
 
+std::uint64_t PlaneCell(const Eigen::Vector3i& cell, int depth) {
+  constexpr std::uint64_t kGolden = 0x9E3779B97F4A7C15U;
+  return Mix(VoxelLattice::Pack(cell) + kGolden * static_cast<std::uint64_t>(depth + 1));
+}
+
 std::uint64_t PlaneCell(const Eigen::Vector3d& world_point, double root_edge_m, int depth) {
   const VoxelLattice lattice{.edge_m = std::ldexp(root_edge_m, -depth)};
-  constexpr std::uint64_t kGolden = 0x9E3779B97F4A7C15U;
-  return Mix(lattice.Key(world_point) + kGolden * static_cast<std::uint64_t>(depth + 1));
+  return PlaneCell(lattice.Cell(world_point), depth);
 }
 
 std::vector<PlaneAssociation> FindPlanes(std::span<const ClusterList> clusters,

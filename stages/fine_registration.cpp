@@ -5,36 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "graph/planar_adjustment.h"
-#include "graph/plane_segmentation.h"
-#include "stages/dominant_frame.h"
-#include "stages/plane_weights.h"
+#include "stages/plane_rounds.h"
 
 namespace backsight {
 namespace {
-
-/// The clusters that lie within `radius_m` of a structure point, by cells of that size.
-std::vector<PointCluster> NearStructures(const StationModel& model,
-                                         const RigidTransform& target_from_clusters,
-                                         const std::vector<Eigen::Vector3d>& structure_points,
-                                         double radius_m) {
-  const VoxelLattice lattice{.edge_m = radius_m};
-  std::vector<std::uint64_t> active;
-  for (const Eigen::Vector3d& point : structure_points) {
-    const Eigen::Vector3i cell = lattice.Cell(point);
-    for (int i = 0; i < 27; ++i) {
-      active.push_back(
-          VoxelLattice::Pack(cell + Eigen::Vector3i(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1)));
-    }
-  }
-  std::sort(active.begin(), active.end());
-  std::vector<PointCluster> clusters;
-  for (const VoxelLeaf& leaf : model.leaves) {
-    const std::uint64_t key = lattice.Key(target_from_clusters * leaf.cluster.mean);
-    if (std::binary_search(active.begin(), active.end(), key)) clusters.push_back(leaf.cluster);
-  }
-  return clusters;
-}
 
 double Rms(std::span<const WeightedPlane> planes, std::span<const RigidTransform> poses) {
   const std::vector<double> thickness = PlaneThicknesses(planes, poses);
@@ -115,65 +89,14 @@ bool IsNear(const RigidTransform& refined, const RigidTransform& coarse, double 
          RotationAngle(refined.rotation, coarse.rotation) <= kLargestTurn;
 }
 
-/// Planes of a few rounds of association, each from where the last one left the poses.
-struct PlaneRounds {
-  bool enough = false;
-  std::vector<WeightedPlane> planes;
-  std::vector<RigidTransform> poses;
-  Matrix6d information = Matrix6d::Zero();  ///< with the coarse result's
-};
-
-PlaneRounds AdjustOnPlanes(const FineInput& input, const FineOptions& options,
-                           const ExecutionContext& context, FineResult* result) {
-  const double l = input.target.model.resolution_m();
-  std::vector<PointCluster> target_clusters;
-  std::vector<PointCluster> source_clusters;
-  std::vector<ClusterList> clusters{{input.target.model.leaves, input.target_index.means},
-                                    input.source.model.leaves};
-  if (options.activation == 1) {
-    const double radius_m = options.micro_radius * l;
-    target_clusters = NearStructures(input.target.model, {}, input.structure_points, radius_m);
-    source_clusters = NearStructures(input.source.model, input.target_from_source,
-                                     input.structure_points, radius_m);
-    clusters = {target_clusters, source_clusters};
-  }
-  const std::vector<PosePrior> priors{{1, input.target_from_source, input.information}};
-  // Cells along the walls hold whole walls; cells across them hold corners, which pull on planes.
-  const RigidTransform lattice{FindDominantFrame(input.target.normals).frame_from_cloud,
-                               Eigen::Vector3d::Zero()};
-  PlaneRounds rounds;
-  rounds.poses = {RigidTransform{}, input.target_from_source};
-  for (int round = 0; round < options.rounds; ++round) {
-    context.CheckStop();
-    const double tolerance = std::pow(0.5, round);
-    PlaneSearchOptions search;
-    search.root_edge_m = options.root_edge * l;
-    search.max_thickness_m = options.max_thickness_m;
-    search.max_thinness = options.max_thinness;
-    search.max_angle_rad = std::max(0.175 * tolerance, 0.05);
-    search.max_offset_m = std::max(l * tolerance, 0.03);
-    rounds.planes.clear();
-    const std::vector<RigidTransform> lattice_poses{lattice, lattice * rounds.poses[1]};
-    for (PlaneAssociation& plane : FindPlanes(clusters, lattice_poses, search)) {
-      for (PlaneObservation& o : plane.observations) CapCount(options.effective_points, &o.cluster);
-      rounds.planes.push_back({std::move(plane.observations), 1.0});
-    }
-    result->planes = static_cast<int>(rounds.planes.size());
-    if (result->planes < options.min_planes) return rounds;
-    SetNetworkWeights(rounds.poses, context, &rounds.planes);
-    PlanarAdjustmentOptions adjustment;
-    adjustment.anderson_window = options.anderson_window;
-    // Planes are sought anew from where all but the last end: these need not be exact.
-    if (round + 1 < options.rounds) adjustment.relative_decrease = 1e-4;
-    const PlanarAdjustmentResult adjusted =
-        AdjustPlanes(rounds.planes, priors, rounds.poses, /*fixed_station=*/0, adjustment);
-    rounds.poses = adjusted.poses;
-    rounds.information = adjusted.information.bottomRightCorner<6, 6>();
-    result->iterations += adjusted.iterations;
-    result->anderson_accepted += adjusted.anderson_accepted;
-  }
-  rounds.enough = true;
-  return rounds;
+/// Lets surfaces that no plane covers have their say beside the planes.
+RigidTransform RefineBesidePlanes(const FineInput& input, const PlaneRounds& rounds,
+                                  double planes_rms_m) {
+  SurfaceRefinementOptions options;
+  options.normal_sigma_m = std::max(0.5 * planes_rms_m, 0.001);
+  return RefineOnSurfaces(input.source, input.target, input.target_index, rounds.poses[1],
+                          rounds.information, options)
+      .target_from_source;
 }
 
 /// Lets pairs of voxels, each with its own covariance, determine what planes leave open.
@@ -243,13 +166,7 @@ FineResult RefinePair(const FineInput& input, const FineOptions& options,
   }
   result.rms_m = Rms(rounds.planes, rounds.poses);
   RigidTransform refined = rounds.poses[1];
-  if (options.surfaces) {
-    SurfaceRefinementOptions surface_options;
-    surface_options.normal_sigma_m = std::max(0.5 * result.rms_m, 0.001);
-    refined = RefineOnSurfaces(input.source, input.target, input.target_index, refined,
-                               rounds.information, surface_options)
-                  .target_from_source;
-  }
+  if (options.surfaces) refined = RefineBesidePlanes(input, rounds, result.rms_m);
   if (!rounds.information.allFinite() ||
       !IsNear(refined, input.target_from_source, input.target.model.resolution_m())) {
     result.status = FineResult::Status::kDiverged;

@@ -52,6 +52,21 @@ TEST(FineRegistration, RefinesOnPlanesToTheMillimetre) {
   }
 }
 
+TEST(FineRegistration, PlanesOfTheTargetMadeBeforehandChangeNothing) {
+  const PairOfScans pair(2);
+  const RigidTransform start = Disturbed(2, pair.truth);
+  const PlaneTree planes = MakePlaneTree(pair.target.surface(), pair.target.index.means, {});
+  FineInput input{pair.source.surface(), pair.target.surface(),
+                  pair.target.index,     start,
+                  CoarseInformation(),   {}};
+  input.target_planes = &planes;
+  const FineResult with = RefinePair(input, {}, ExecutionContext(1));
+  const FineResult without = pair.Refine(start, {});
+  EXPECT_EQ(with.planes, without.planes);
+  EXPECT_EQ(with.target_from_source.Matrix(), without.target_from_source.Matrix());
+  EXPECT_EQ(with.information, without.information);
+}
+
 /// With planes forbidden, pairs of voxels must do, and their information must be honest: errors of
 /// about as many standard deviations as it claims.
 TEST(FineRegistration, RefinesOnSurfacesWherePlanesAreFew) {

@@ -1,0 +1,124 @@
+#include "graph/pair_planes.h"
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+
+#include "graph/plane_judge.h"
+
+namespace backsight {
+namespace {
+
+constexpr std::uint32_t kAlone = ~0U;
+
+bool ByPath(const PathEntry& a, const PathEntry& b) {
+  return a.path != b.path ? a.path < b.path : a.cluster < b.cluster;
+}
+
+}  // namespace
+
+/// From the cells that both stations see down to planes.
+class PairPlaneSearch::Descent {
+ public:
+  Descent(const PlaneTree& tree, const ClusterList& second, std::span<const RigidTransform> poses,
+          const PlaneSearchOptions& options, std::vector<PlaneAssociation>* planes)
+      : tree_(tree), second_(second), options_(options), judge_(options, poses), planes_(planes) {}
+
+  /// `entries`, ascending by path, are what the second station has in the cell of `node`. `cell`:
+  /// its coordinates in cells of its own depth.
+  void Split(const PlaneTree::Node& node, std::span<const PathEntry> entries,
+             const Eigen::Vector3i& cell, int depth) {
+    if (!HasEnough(Points(entries), static_cast<int>(entries.size()), options_)) return;
+    if (node.is_planar && Accept(node, entries, cell, depth)) return;
+    if (depth == options_.max_depth) return;
+    for (std::size_t begin = 0; begin < entries.size();) {
+      const std::uint32_t octant = OctreeCells::Octant(entries[begin].path, depth + 1);
+      std::size_t end = begin;
+      while (end < entries.size() && OctreeCells::Octant(entries[end].path, depth + 1) == octant) {
+        ++end;
+      }
+      const auto its = entries.subspan(begin, end - begin);
+      begin = end;
+      const PlaneTree::Node* child = tree_.Child(node, octant);
+      if (child == nullptr) continue;
+      const Eigen::Vector3i low(static_cast<int>(octant >> 2U), static_cast<int>(octant >> 1U & 1U),
+                                static_cast<int>(octant & 1U));
+      Split(*child, its, 2 * cell + low, depth + 1);
+    }
+  }
+
+ private:
+  double Points(std::span<const PathEntry> entries) const {
+    if (static_cast<int>(entries.size()) >= options_.min_clusters) return 0.0;  // they suffice
+    double points = 0.0;
+    for (const PathEntry& entry : entries) points += second_[entry.cluster].count;
+    return points;
+  }
+
+  bool Accept(const PlaneTree::Node& node, std::span<const PathEntry> entries,
+              const Eigen::Vector3i& cell, int depth) {
+    ClusterSum sum;
+    for (const PathEntry& entry : entries) sum.Add(second_[entry.cluster]);
+    judge_.Clear();
+    judge_.Add(0, node.local);
+    judge_.Add(1, sum.Sum());
+    PlaneAssociation plane;
+    if (!judge_.Judge(&plane.observations)) return false;
+    plane.cell = PlaneCell(cell, depth);
+    planes_->push_back(std::move(plane));
+    return true;
+  }
+
+  const PlaneTree& tree_;
+  const ClusterList& second_;
+  const PlaneSearchOptions& options_;
+  PlaneJudge judge_;
+  std::vector<PlaneAssociation>* planes_;
+};
+
+PairPlaneSearch::PairPlaneSearch(const PlaneTree& first, const ClusterList& second)
+    : first_(first), second_(second), columns_(second), places_(second.size()) {}
+
+/// Gathers the clusters in the first station's root cells.
+void PairPlaneSearch::SortIntoRoots() {
+  begins_.assign(first_.roots() + 1, 0);
+  std::uint64_t last_key = ~std::uint64_t{0};
+  std::uint32_t place = kAlone;
+  for (std::size_t i = 0; i < columns_.size(); ++i) {
+    const std::uint64_t key = OctreeCells::Root(columns_.keys()[i]);
+    if (key != last_key) {  // clusters come by their voxels: many follow one of their own
+      last_key = key;
+      place = first_.FindRoot(key).value_or(kAlone);
+    }
+    places_[i] = place;
+    if (place != kAlone) ++begins_[place + 1];
+  }
+  std::partial_sum(begins_.begin(), begins_.end(), begins_.begin());
+  entries_.resize(begins_.back());
+  for (std::uint32_t i = 0; i < columns_.size(); ++i) {
+    if (places_[i] == kAlone) continue;
+    entries_[begins_[places_[i]]++] = {i, OctreeCells::Path(columns_.keys()[i])};
+  }
+  // Every begin has moved on to the next one.
+  std::rotate(begins_.begin(), begins_.end() - 1, begins_.end());
+  begins_.front() = 0;
+}
+
+std::vector<PlaneAssociation> PairPlaneSearch::Find(const RigidTransform& lattice_from_second,
+                                                    const PlaneSearchOptions& options) {
+  columns_.Find(lattice_from_second, options.root_edge_m);
+  SortIntoRoots();
+  std::vector<PlaneAssociation> planes;
+  const std::array<RigidTransform, 2> poses{first_.lattice_from_station(), lattice_from_second};
+  Descent descent(first_, second_, poses, options, &planes);
+  for (std::size_t place = 0; place < first_.roots(); ++place) {
+    const auto cell =
+        std::span(entries_).subspan(begins_[place], begins_[place + 1] - begins_[place]);
+    if (cell.empty()) continue;
+    std::sort(cell.begin(), cell.end(), ByPath);
+    descent.Split(first_.Root(place), cell, OctreeCells::RootCell(first_.RootKey(place)), 0);
+  }
+  return planes;
+}
+
+}  // namespace backsight

@@ -1,0 +1,118 @@
+#include "graph/plane_tree.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+
+#include "core/error.h"
+#include "graph/subcell_columns.h"
+
+namespace backsight {
+namespace {
+
+struct KeyedEntry {
+  std::uint64_t root;
+  PathEntry entry;
+};
+
+/// By root cell, path and cluster.
+std::vector<KeyedEntry> SortIntoCells(const SubcellColumns& columns) {
+  std::vector<KeyedEntry> entries;
+  entries.reserve(columns.size());
+  for (std::uint32_t i = 0; i < columns.size(); ++i) {
+    const std::uint64_t key = columns.keys()[i];
+    entries.push_back({OctreeCells::Root(key), {i, OctreeCells::Path(key)}});
+  }
+  std::sort(entries.begin(), entries.end(), [](const KeyedEntry& a, const KeyedEntry& b) {
+    if (a.root != b.root) return a.root < b.root;
+    return a.entry.path != b.entry.path ? a.entry.path < b.entry.path
+                                        : a.entry.cluster < b.entry.cluster;
+  });
+  return entries;
+}
+
+}  // namespace
+
+PlaneTree::PlaneTree(const ClusterList& clusters, const RigidTransform& lattice_from_station,
+                     const PlaneSearchOptions& options)
+    : options_(options), lattice_from_station_(lattice_from_station) {
+  BACKSIGHT_CHECK(options.max_depth <= OctreeCells::kDepth, "cells are split three times");
+  SubcellColumns columns(clusters);
+  columns.Find(lattice_from_station, options.root_edge_m);
+  const std::vector<KeyedEntry> sorted = SortIntoCells(columns);
+  std::vector<PathEntry> cell;
+  for (std::size_t i = 0; i < sorted.size();) {
+    cell.clear();
+    const std::uint64_t root = sorted[i].root;
+    for (; i < sorted.size() && sorted[i].root == root; ++i) cell.push_back(sorted[i].entry);
+    const std::uint32_t node = AddNode(cell, clusters);
+    if (node == kNone) continue;
+    root_keys_.push_back(root);
+    root_nodes_.push_back(node);
+    AddChildren(node, cell, 1, clusters);
+  }
+  MakeSlots();
+}
+
+/// kNone where there is not enough.
+std::uint32_t PlaneTree::AddNode(std::span<const PathEntry> entries, const ClusterList& clusters) {
+  ClusterSum sum;
+  for (const PathEntry& entry : entries) sum.Add(clusters[entry.cluster]);
+  Node node;
+  node.local = sum.Sum();
+  if (!HasEnough(node.local.count, static_cast<int>(entries.size()), options_)) return kNone;
+  PlaneFit fit;
+  FitPlanes(std::span(&node.local, 1), /*normals=*/false, std::span(&fit, 1));
+  node.is_planar = IsPlanar(fit, options_);
+  nodes_.push_back(node);
+  return static_cast<std::uint32_t>(nodes_.size() - 1);
+}
+
+/// The octants of a node at `depth` - 1, whose entries ascend by path, and theirs.
+void PlaneTree::AddChildren(std::uint32_t node, std::span<const PathEntry> entries, int depth,
+                            const ClusterList& clusters) {
+  if (depth > options_.max_depth) return;
+  std::array<std::span<const PathEntry>, 8> of_octant;
+  for (std::size_t begin = 0; begin < entries.size();) {
+    const std::uint32_t octant = OctreeCells::Octant(entries[begin].path, depth);
+    std::size_t end = begin;
+    while (end < entries.size() && OctreeCells::Octant(entries[end].path, depth) == octant) ++end;
+    of_octant[octant] = entries.subspan(begin, end - begin);
+    begin = end;
+  }
+  const auto first = static_cast<std::uint32_t>(nodes_.size());
+  nodes_[node].first_child = first;
+  for (std::uint32_t octant = 0; octant < 8; ++octant) {
+    if (of_octant[octant].empty() || AddNode(of_octant[octant], clusters) == kNone) continue;
+    nodes_[node].octants |= static_cast<std::uint8_t>(1U << octant);
+  }
+  std::uint32_t child = first;
+  for (std::uint32_t octant = 0; octant < 8; ++octant) {
+    if ((nodes_[node].octants >> octant & 1U) == 0U) continue;
+    AddChildren(child++, of_octant[octant], depth + 1, clusters);
+  }
+}
+
+void PlaneTree::MakeSlots() {
+  slots_.assign(std::bit_ceil(2 * root_keys_.size() + 1), kNone);
+  for (std::uint32_t place = 0; place < root_keys_.size(); ++place) {
+    std::size_t slot = Slot(root_keys_[place]);
+    while (slots_[slot] != kNone) slot = (slot + 1) & (slots_.size() - 1);
+    slots_[slot] = place;
+  }
+}
+
+std::optional<std::uint32_t> PlaneTree::FindRoot(std::uint64_t key) const {
+  for (std::size_t slot = Slot(key);; slot = (slot + 1) & (slots_.size() - 1)) {
+    if (slots_[slot] == kNone) return std::nullopt;
+    if (root_keys_[slots_[slot]] == key) return slots_[slot];
+  }
+}
+
+const PlaneTree::Node* PlaneTree::Child(const Node& node, std::uint32_t octant) const {
+  if ((node.octants >> octant & 1U) == 0U) return nullptr;
+  const auto before = static_cast<unsigned>(node.octants & ((1U << octant) - 1U));
+  return &nodes_[node.first_child + static_cast<std::uint32_t>(std::popcount(before))];
+}
+
+}  // namespace backsight

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/rigid_transform.h"
+#include "graph/cluster_list.h"
+#include "graph/octree_cells.h"
+#include "graph/plane_rules.h"
+
+namespace backsight {
+
+/// Sums what a station has in the root cells of a lattice and in their octants, once for all
+/// searches that it takes part in (FindPairPlanes). Only what HasEnough is kept. Time O(n log n)
+/// for n clusters.
+class PlaneTree {
+ public:
+  struct Node {
+    PointCluster local;  ///< of all points in the cell, the station's frame
+    bool is_planar = false;
+    std::uint8_t octants = 0;       ///< those that have enough
+    std::uint32_t first_child = 0;  ///< of them, one after the other
+  };
+
+  /// `lattice_from_station` moves the clusters into the lattice's frame. Of the options those that
+  /// concern one station count; max_depth is at most OctreeCells::kDepth.
+  PlaneTree(const ClusterList& clusters, const RigidTransform& lattice_from_station,
+            const PlaneSearchOptions& options);
+
+  const RigidTransform& lattice_from_station() const { return lattice_from_station_; }
+  const PlaneSearchOptions& options() const { return options_; }
+  std::size_t roots() const { return root_keys_.size(); }
+  const Node& Root(std::size_t place) const { return nodes_[root_nodes_[place]]; }
+  std::uint64_t RootKey(std::size_t place) const { return root_keys_[place]; }
+  /// The place of the cell OctreeCells::Root among the roots, which ascend.
+  std::optional<std::uint32_t> FindRoot(std::uint64_t key) const;
+  /// What is in an octant, null where there is not enough.
+  const Node* Child(const Node& node, std::uint32_t octant) const;
+
+ private:
+  std::uint32_t AddNode(std::span<const PathEntry> entries, const ClusterList& clusters);
+  void AddChildren(std::uint32_t node, std::span<const PathEntry> entries, int depth,
+                   const ClusterList& clusters);
+  void MakeSlots();
+  std::size_t Slot(std::uint64_t key) const {
+    // Fibonacci hashing; the low bits of a product are poor.
+    return static_cast<std::size_t>((key * 0x9E3779B97F4A7C15U) >> 32U) & (slots_.size() - 1);
+  }
+
+  static constexpr std::uint32_t kNone = ~0U;
+  PlaneSearchOptions options_;
+  RigidTransform lattice_from_station_;
+  std::vector<Node> nodes_;
+  std::vector<std::uint64_t> root_keys_;  // ascending
+  std::vector<std::uint32_t> root_nodes_;
+  std::vector<std::uint32_t> slots_;  // places of roots by the hash of their keys
+};
+
+}  // namespace backsight

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace backsight {
+
+inline constexpr std::size_t kSubcellPadding = 8;
+
+/// A rigid motion, row by row, in front of a lattice.
+struct LatticeMotion {
+  std::array<double, 9> rotation;
+  std::array<double, 3> translation;
+};
+
+/// The cells of edge `edge_m` that moved points lie in, packed as VoxelLattice::Pack does.
+/// `points`: columns of x, y and z, readable kSubcellPadding entries beyond `count`; `keys` has
+/// room for as many. The same bits on every instruction set.
+void FindSubcells(const std::array<const double*, 3>& points, std::size_t count,
+                  const LatticeMotion& motion, double edge_m, std::uint64_t* keys);
+
+}  // namespace backsight

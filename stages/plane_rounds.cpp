@@ -1,0 +1,128 @@
+#include "stages/plane_rounds.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "graph/pair_planes.h"
+#include "graph/planar_adjustment.h"
+#include "stages/dominant_frame.h"
+#include "stages/plane_weights.h"
+
+namespace backsight {
+namespace {
+
+/// The clusters that lie within `radius_m` of a structure point, by cells of that size.
+std::vector<PointCluster> NearStructures(const StationModel& model,
+                                         const RigidTransform& target_from_clusters,
+                                         const std::vector<Eigen::Vector3d>& structure_points,
+                                         double radius_m) {
+  const VoxelLattice lattice{.edge_m = radius_m};
+  std::vector<std::uint64_t> active;
+  for (const Eigen::Vector3d& point : structure_points) {
+    const Eigen::Vector3i cell = lattice.Cell(point);
+    for (int i = 0; i < 27; ++i) {
+      active.push_back(
+          VoxelLattice::Pack(cell + Eigen::Vector3i(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1)));
+    }
+  }
+  std::sort(active.begin(), active.end());
+  std::vector<PointCluster> clusters;
+  for (const VoxelLeaf& leaf : model.leaves) {
+    const std::uint64_t key = lattice.Key(target_from_clusters * leaf.cluster.mean);
+    if (std::binary_search(active.begin(), active.end(), key)) clusters.push_back(leaf.cluster);
+  }
+  return clusters;
+}
+
+/// What planes must be like in a round of association: tolerances halve.
+PlaneSearchOptions SearchOptions(const FineOptions& options, double resolution_m, int round) {
+  const double tolerance = std::pow(0.5, round);
+  PlaneSearchOptions search;
+  search.root_edge_m = options.root_edge * resolution_m;
+  search.max_thickness_m = options.max_thickness_m;
+  search.max_thinness = options.max_thinness;
+  search.max_angle_rad = std::max(0.175 * tolerance, 0.05);
+  search.max_offset_m = std::max(resolution_m * tolerance, 0.03);
+  return search;
+}
+
+PlaneTree MakeTree(const Surface& target, const ClusterList& clusters, const FineOptions& options) {
+  // Cells along the walls hold whole walls; cells across them hold corners, which pull on planes.
+  const RigidTransform lattice{FindDominantFrame(target.normals).frame_from_cloud,
+                               Eigen::Vector3d::Zero()};
+  return {clusters, lattice, SearchOptions(options, target.model.resolution_m(), 0)};
+}
+
+/// Both stations' clusters as the search for planes wants them.
+class PlaneSources {
+ public:
+  PlaneSources(const FineInput& input, const FineOptions& options) : input_(input) {
+    const bool is_micro = options.activation == 1;
+    if (is_micro) {
+      const double radius_m = options.micro_radius * input.target.model.resolution_m();
+      target_ = NearStructures(input.target.model, {}, input.structure_points, radius_m);
+      source_ = NearStructures(input.source.model, input.target_from_source, input.structure_points,
+                               radius_m);
+      tree_ = MakeTree(input.target, target_, options);
+    } else if (input.target_planes == nullptr) {
+      tree_ = MakePlaneTree(input.target, input.target_index.means, options);
+    }
+    is_micro_ = is_micro;
+  }
+  const PlaneTree& Target() const { return tree_ ? *tree_ : *input_.target_planes; }
+  ClusterList Source() const {
+    return is_micro_ ? ClusterList(source_) : ClusterList(input_.source.model.leaves);
+  }
+
+ private:
+  const FineInput& input_;
+  bool is_micro_ = false;
+  std::vector<PointCluster> target_, source_;
+  std::optional<PlaneTree> tree_;
+};
+
+}  // namespace
+
+PlaneTree MakePlaneTree(const Surface& target, const std::vector<Eigen::Vector3d>& means,
+                        const FineOptions& options) {
+  return MakeTree(target, {target.model.leaves, means}, options);
+}
+
+PlaneRounds AdjustOnPlanes(const FineInput& input, const FineOptions& options,
+                           const ExecutionContext& context, FineResult* result) {
+  const double l = input.target.model.resolution_m();
+  const PlaneSources sources(input, options);
+  const RigidTransform lattice = sources.Target().lattice_from_station();
+  PairPlaneSearch planes(sources.Target(), sources.Source());
+  const std::vector<PosePrior> priors{{1, input.target_from_source, input.information}};
+  PlaneRounds rounds;
+  rounds.poses = {RigidTransform{}, input.target_from_source};
+  for (int round = 0; round < options.rounds; ++round) {
+    context.CheckStop();
+    rounds.planes.clear();
+    for (PlaneAssociation& plane :
+         planes.Find(lattice * rounds.poses[1], SearchOptions(options, l, round))) {
+      for (PlaneObservation& o : plane.observations) CapCount(options.effective_points, &o.cluster);
+      rounds.planes.push_back({std::move(plane.observations), 1.0});
+    }
+    result->planes = static_cast<int>(rounds.planes.size());
+    if (result->planes < options.min_planes) return rounds;
+    SetNetworkWeights(rounds.poses, context, &rounds.planes);
+    PlanarAdjustmentOptions adjustment;
+    adjustment.anderson_window = options.anderson_window;
+    // Planes are sought anew from where all but the last end: these need not be exact.
+    if (round + 1 < options.rounds) adjustment.relative_decrease = 1e-4;
+    const PlanarAdjustmentResult adjusted =
+        AdjustPlanes(rounds.planes, priors, rounds.poses, /*fixed_station=*/0, adjustment);
+    rounds.poses = adjusted.poses;
+    rounds.information = adjusted.information.bottomRightCorner<6, 6>();
+    result->iterations += adjusted.iterations;
+    result->anderson_accepted += adjusted.anderson_accepted;
+  }
+  rounds.enough = true;
+  return rounds;
+}
+
+}  // namespace backsight
