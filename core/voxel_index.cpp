@@ -20,6 +20,14 @@ Place PlaceOf(std::uint64_t key, std::size_t voxel) {
           static_cast<std::uint32_t>(voxel)};
 }
 
+/// std::popcount is a call where the processor's own instruction is not presumed.
+std::uint32_t CountBits(std::uint64_t bits) {
+  bits -= bits >> 1U & 0x5555555555555555U;
+  bits = (bits & 0x3333333333333333U) + (bits >> 2U & 0x3333333333333333U);
+  bits = (bits + (bits >> 4U)) & 0x0F0F0F0F0F0F0F0FU;
+  return static_cast<std::uint32_t>(bits * 0x0101010101010101U >> 56U);
+}
+
 }  // namespace
 
 VoxelIndex::VoxelIndex(const VoxelLattice& lattice, std::span<const std::uint64_t> keys)
@@ -128,9 +136,11 @@ class VoxelIndex::Search {
   }
 
   void VisitCells(const Brick& brick, int x, std::uint64_t wanted) {
-    for (std::uint64_t bits = brick.masks[static_cast<std::size_t>(x)] & wanted; bits != 0;
-         bits &= bits - 1) {
-      Offer(index_.order_[VoxelBefore(brick, x, std::countr_zero(bits))]);
+    const std::uint64_t mask = brick.masks[static_cast<std::size_t>(x)];
+    const std::uint32_t* voxels = index_.order_.data() + brick.first[static_cast<std::size_t>(x)];
+    for (std::uint64_t bits = mask & wanted; bits != 0; bits &= bits - 1) {
+      const std::uint64_t lowest = bits & (~bits + 1U);
+      Offer(voxels[CountBits(mask & (lowest - 1U))]);
     }
   }
 
