@@ -17,7 +17,8 @@ constexpr std::int32_t kNoLimit = std::int32_t{1} << 30;
 /// From distances to those of the grid, rounded so that nothing is missed.
 struct Rounding {
   double steps_per_unit;
-  double both_errors;  // of two descriptors together, steps
+  double both_errors;   // of two descriptors together, steps
+  double both_offsets;  // along the axes that the grid leaves out, likewise
 
   /// More than half the squared distance on the grid of what is no farther than this.
   std::int32_t HalfLimit(double squared) const {
@@ -25,7 +26,8 @@ struct Rounding {
   }
   /// The same from a half squared distance on the grid itself.
   std::int32_t HalfLimitFromGrid(double half_squared) const {
-    return HalfLimitOf(std::sqrt(2.0 * std::max(half_squared, 0.0)) + 2.0 * both_errors);
+    const double on_grid = std::sqrt(2.0 * std::max(half_squared, 0.0));
+    return HalfLimitOf(std::hypot(on_grid + both_errors, both_offsets) + both_errors);
   }
 
  private:
@@ -110,7 +112,8 @@ void FindNearestDescriptors(std::span<const FpfhDescriptor> source,
   const GridView a = source_grid.view();
   const GridView b = target_grid.view();
   const Rounding rounding{scale.steps_per_unit,
-                          source_grid.largest_error() + target_grid.largest_error()};
+                          source_grid.largest_error() + target_grid.largest_error(),
+                          source_grid.largest_offset() + target_grid.largest_offset()};
   Lists rows(a, k, rounding, of_source);
   Lists columns(b, k, rounding, of_target);
   rows.Seed(a, b);

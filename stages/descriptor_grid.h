@@ -11,7 +11,6 @@ namespace backsight {
 /// Where descriptors are rounded to whole steps, so that products are exact in integers: the same
 /// grid for both sides of a search.
 struct DescriptorGridScale {
-  float center = 0.0F;
   double steps_per_unit = 1.0;
 };
 
@@ -19,7 +18,9 @@ struct DescriptorGridScale {
 DescriptorGridScale MakeGridScale(std::span<const FpfhDescriptor> a,
                                   std::span<const FpfhDescriptor> b);
 
-/// Descriptors on a grid.
+/// Descriptors on a grid, without what they have in common: each block of a descriptor is turned
+/// so that one of its axes holds its sum, which is 100 for all, and that axis is left out. So
+/// distances on the grid are at most too short.
 class DescriptorGrid {
  public:
   DescriptorGrid(std::span<const FpfhDescriptor> descriptors, const DescriptorGridScale& scale);
@@ -27,6 +28,8 @@ class DescriptorGrid {
   GridView view() const { return {pairs_.data(), half_squares_.data(), size_, stride_}; }
   /// By how much rounding has moved any of the descriptors, at most, in steps.
   double largest_error() const { return largest_error_; }
+  /// How far any lies from sums of 100 along the axes that are left out, in steps.
+  double largest_offset() const { return largest_offset_; }
 
  private:
   std::size_t size_;
@@ -34,6 +37,7 @@ class DescriptorGrid {
   std::vector<std::int32_t> pairs_;
   std::vector<std::int32_t> half_squares_;
   double largest_error_ = 0.0;
+  double largest_offset_ = 0.0;
 };
 
 }  // namespace backsight

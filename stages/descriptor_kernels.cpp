@@ -60,7 +60,7 @@ HWY_INLINE Block Multiply(const GridView& rows, std::size_t row, const GridView&
   };
   Block sum{start(0, start_a), start(0, start_b), start(1, start_a), start(1, start_b),
             start(2, start_a), start(2, start_b), start(3, start_a), start(3, start_b)};
-  HWY_UNROLL(17)  // kDescriptorPairs: GCC copies the sums from one turn of a loop to the next
+  HWY_UNROLL(15)  // kDescriptorPairs: GCC copies the sums from one turn of a loop to the next
   for (std::size_t pair = 0; pair < kDescriptorPairs; ++pair) {
     const Ints a = hn::LoadU(d, p);
     const Ints b = hn::LoadU(d, p + lanes);

@@ -6,7 +6,7 @@
 
 namespace backsight {
 
-/// Descriptors on an integer grid (stages/descriptor_grid.h), bins in pairs of 16 bits each, as the
+/// Descriptors on an integer grid (stages/descriptor_grid.h), axes in pairs of 16 bits each, as the
 /// kernels read them. The squared distance of two of them, in grid steps, is D = |a|^2 + |b|^2 -
 /// 2 a.b < 2^31.
 struct GridView {
@@ -17,7 +17,7 @@ struct GridView {
 };
 
 inline constexpr std::size_t kDescriptorBins = 33;
-inline constexpr std::size_t kDescriptorPairs = 17;  // the last bin's partner is zero
+inline constexpr std::size_t kDescriptorPairs = 15;  // three axes are left out
 inline constexpr std::size_t kRowBlock = 4;          // rows that the kernels take together
 inline constexpr std::size_t kGridPadding = 32;
 inline constexpr std::size_t kSeedClasses = 16;

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <span>
 
 #include "core/random.h"
 #include "stages/descriptor_kernels.h"
@@ -31,6 +33,20 @@ std::vector<FpfhDescriptor> FineDescriptors(std::uint64_t seed, std::size_t coun
   std::vector<FpfhDescriptor> descriptors(count);
   for (FpfhDescriptor& d : descriptors) {
     for (float& bin : d) bin = static_cast<float>(random.Uniform(0.0, 20.0));
+  }
+  return descriptors;
+}
+
+/// Blocks that sum to 100, as of real surfaces; those of every `empty`-th have nothing in them.
+std::vector<FpfhDescriptor> Histograms(std::uint64_t seed, std::size_t count, std::size_t empty) {
+  std::vector<FpfhDescriptor> descriptors = FineDescriptors(seed, count);
+  for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t block = 0; block < 3; ++block) {
+      const std::span bins = std::span(descriptors[i]).subspan(11 * block, 11);
+      const float sum = std::accumulate(bins.begin(), bins.end(), 0.0F);
+      const float factor = i % empty == empty - 1 ? 0.0F : 100.0F / sum;
+      for (float& bin : bins) bin *= factor;
+    }
   }
   return descriptors;
 }
@@ -96,6 +112,11 @@ TEST(MatchDescriptors, EqualsBruteForceForEverySize) {
   ExpectReferenceMatches(FineDescriptors(5, 1030), FineDescriptors(6, 1500), 5);
   EXPECT_TRUE(MatchDescriptors({}, FineDescriptors(5, 4), {}).empty());
   EXPECT_TRUE(MatchDescriptors(FineDescriptors(5, 4), {}, {}).empty());
+}
+
+TEST(MatchDescriptors, EqualsBruteForceForHistograms) {
+  ExpectReferenceMatches(Histograms(1, 900, 10000), Histograms(2, 1100, 10000), 5);
+  ExpectReferenceMatches(Histograms(3, 900, 50), Histograms(4, 1100, 70), 5);
 }
 
 TEST(FindNearestDescriptors, EqualDistancesGoToTheLowerIndex) {
