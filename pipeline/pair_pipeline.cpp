@@ -1,16 +1,15 @@
 #include "pipeline/pair_pipeline.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
 
 #include "core/error.h"
-#include "core/random.h"
-#include "pipeline/plan_proposals.h"
+#include "pipeline/candidate_ranking.h"
+#include "pipeline/coarse_input.h"
+#include "pipeline/pair_clouds.h"
 #include "stages/aligned_hypotheses.h"
 #include "stages/matching.h"
 #include "stages/station_priors.h"
-#include "stages/structure_images.h"
 
 namespace backsight {
 namespace {
@@ -21,81 +20,17 @@ bool IsExcluded(const PairSpec& spec, const std::string& a, const std::string& b
   });
 }
 
-/// Standard deviation of both levellings together; none unless both stations are levelled.
-std::optional<double> LevelSigma(const StationSpec& a, const StationSpec& b) {
-  if (!a.levelled || !b.levelled) return std::nullopt;
-  return std::hypot(a.level_sigma_deg, b.level_sigma_deg) * std::numbers::pi / 180.0;
-}
-
-/// Both stations of a pair as the stages want them.
-struct PairClouds {
-  PairClouds(const Station& s, const Station& t)
-      : source(s.surface()),
-        target(t.surface()),
-        source_index(*s.index),
-        target_index(*t.index),
-        level_sigma_rad(LevelSigma(s.spec, t.spec)) {}
-
-  /// Agreement less eight times the conflict, mean of both directions: a motion under which one
-  /// block in eight is seen through is worthless however much of it agrees. `lenience`: how many
-  /// of its standard deviations the conflict is taken lower, on samples too small to be sure.
-  double Score(const CloudSample& of_source, const CloudSample& of_target, double lenience,
-               const RigidTransform& target_from_source) const {
-    constexpr double kConflictWeight = 8.0;
-    const double tolerance_m = 2.0 * target.model.resolution_m();
-    const CloudAgreement there =
-        CompareClouds(source, of_source, target, target_index, target_from_source, tolerance_m);
-    const CloudAgreement back = CompareClouds(target, of_target, source, source_index,
-                                              target_from_source.Inverse(), tolerance_m);
-    const double fit = there.score + back.score;
-    if (fit < 2.0 * kLeastAgreement) return kNowhere;
-    const auto conflict = [&](const RatioEstimate& c) {
-      return std::max(0.0, c.value - lenience * c.sigma);
-    };
-    return 0.5 * (fit - kConflictWeight * (conflict(there.conflict) + conflict(back.conflict)));
-  }
-
-  /// No less than Score, which conflicts only lower.
-  double ScoreBound(const CloudSample& of_source, const CloudSample& of_target,
-                    const RigidTransform& target_from_source) const {
-    const double tolerance_m = 2.0 * target.model.resolution_m();
-    const double fit =
-        ScoreClouds(source, of_source, target, target_index, target_from_source, tolerance_m) +
-        ScoreClouds(target, of_target, source, source_index, target_from_source.Inverse(),
-                    tolerance_m);
-    return fit < 2.0 * kLeastAgreement ? kNowhere : 0.5 * fit;
-  }
-
-  /// A few steps on a tenth of the voxels: enough to compare motions.
-  RigidTransform Refine(const RigidTransform& target_from_source) const {
-    SurfaceRefinementOptions few;
-    few.normal_sigma_m = 0.1 * target.model.resolution_m();
-    few.sample = 2000;
-    few.max_iterations = 6;
-    return RefineOnSurfaces(source, target, target_index, target_from_source, Matrix6d::Zero(), few)
-        .target_from_source;
-  }
-
-  // Clouds that do not meet cannot contradict each other either: worse than any rough fit.
-  static constexpr double kLeastAgreement = 0.02;
-  static constexpr double kNowhere = -10.0;
-
-  Surface source;
-  Surface target;
-  const CloudIndex& source_index;
-  const CloudIndex& target_index;
-  std::optional<double> level_sigma_rad;
-};
-
 /// Refines and verifies one motion.
 PairCandidate MakeCandidate(const PairClouds& clouds, CoarseCandidate coarse,
                             std::vector<Eigen::Vector3d> structure_points,
                             std::optional<int> consensus, int consensus_null,
                             const SurveyOptions& options, const ExecutionContext& context) {
   PairCandidate candidate;
-  const FineInput fine_input{clouds.source,       clouds.target,
-                             clouds.target_index, coarse.target_from_source,
-                             coarse.information,  std::move(structure_points)};
+  FineInput fine_input{clouds.source,       clouds.target,
+                       clouds.target_index, coarse.target_from_source,
+                       coarse.information,  std::move(structure_points)};
+  fine_input.target_planes =
+      &clouds.target_prepared.Planes(clouds.target, clouds.target_index, options.fine);
   candidate.fine = RefinePair(fine_input, options.fine, context);
   candidate.verification =
       VerifyPair({clouds.source, clouds.target, clouds.source_index, clouds.target_index,
@@ -104,32 +39,6 @@ PairCandidate MakeCandidate(const PairClouds& clouds, CoarseCandidate coarse,
                  options.verification);
   candidate.coarse = std::move(coarse);
   return candidate;
-}
-
-/// Whether `a`, the same motion as `b` but for some decimetres, is the better refined of the two.
-bool IsBetterRefined(const PairCandidate& a, const PairCandidate& b) {
-  return a.verification.verdict <= b.verification.verdict &&
-         a.verification.quality.value > b.verification.quality.value &&
-         !IsContradictedMore(a.verification, b.verification);
-}
-
-/// Motions from different starts may have been refined to the same one: the better refined stays,
-/// the first of equals.
-void EraseRepeats(double resolution_m, std::vector<PairCandidate>* candidates) {
-  std::vector<PairCandidate> distinct;
-  for (PairCandidate& candidate : *candidates) {
-    const auto same =
-        std::find_if(distinct.begin(), distinct.end(), [&](const PairCandidate& other) {
-          return IsSameMotion(other.fine.target_from_source, candidate.fine.target_from_source,
-                              resolution_m);
-        });
-    if (same == distinct.end()) {
-      distinct.push_back(std::move(candidate));
-    } else if (IsBetterRefined(candidate, *same)) {
-      *same = std::move(candidate);
-    }
-  }
-  *candidates = std::move(distinct);
 }
 
 /// Rejects a motion that the priors of both stations rule out.
@@ -146,40 +55,6 @@ void CheckPriors(const Station& source, const Station& target, PairCandidate* ca
   }
   verification.verdict = Verdict::kRejected;
   verification.reason = VerificationResult::Reason::kContradictsPrior;
-}
-
-/// Puts the best candidate first: among those that no scanner contradicts significantly more than
-/// the least contradicted, the one whose surfaces fit best. Where another fits as well, no
-/// candidate is accepted.
-void RankCandidates(double resolution_m, std::vector<PairCandidate>* candidates) {
-  const auto rejected = [](const PairCandidate& c) {
-    return c.verification.verdict == Verdict::kRejected;
-  };
-  std::stable_sort(candidates->begin(), candidates->end(),
-                   [&](const PairCandidate& a, const PairCandidate& b) {
-                     if (rejected(a) != rejected(b)) return rejected(b);
-                     return a.verification.conflict.value < b.verification.conflict.value;
-                   });
-  EraseRepeats(resolution_m, candidates);
-  if (candidates->empty()) return;
-  std::size_t best = 0;
-  for (std::size_t i = 1; i < candidates->size(); ++i) {
-    if (rejected((*candidates)[i])) break;
-    const VerificationResult& rival = (*candidates)[i].verification;
-    const bool contradicted = IsContradictedMore(rival, (*candidates)[0].verification);
-    if (!contradicted && rival.quality.value > (*candidates)[best].verification.quality.value) {
-      best = i;
-    }
-  }
-  std::rotate(candidates->begin(), candidates->begin() + static_cast<std::ptrdiff_t>(best),
-              candidates->begin() + static_cast<std::ptrdiff_t>(best) + 1);
-  for (std::size_t i = 1; i < candidates->size(); ++i) {
-    if (rejected((*candidates)[i])) break;
-    if (!IsClearlyBetter((*candidates)[0].verification, (*candidates)[i].verification)) {
-      MarkAmbiguous(&(*candidates)[0].verification);
-      MarkAmbiguous(&(*candidates)[i].verification);
-    }
-  }
 }
 
 /// Whether the refinement of `a` would end where that of `b` does.
@@ -233,49 +108,6 @@ CoarseOptions Thorough(CoarseOptions options) {
 MatchingOptions MoreNeighbors(MatchingOptions options) {
   options.neighbors *= 5;
   return options;
-}
-
-/// `clouds` and `context` must outlive it.
-CoarseInput MakeCoarseInput(const Station& source, const Station& target, const PairClouds& clouds,
-                            const SurveyOptions& options, const ExecutionContext& context) {
-  CoarseInput input;
-  input.correspondences =
-      MatchStations(source.model, source.features, target.model, target.features, options.matching);
-  input.resolution_m = target.model.resolution_m();
-  input.source_keypoints = KeypointPositions(source.model, source.features);
-  input.target_keypoints = KeypointPositions(target.model, target.features);
-  input.seed = DeriveSeed(context.seed(), "pair " + source.spec.id + " " + target.spec.id);
-  if (clouds.level_sigma_rad) input.max_tilt_rad = LargestTilt(*clouds.level_sigma_rad);
-  input.proposals = ProposeByPlans(source, target);
-  input.source_symmetries = source.symmetries;
-  input.target_symmetries = target.symmetries;
-  // What follows takes the time of a pair: a stop need not wait for its end.
-  input.cloud_score = [&clouds, &context](const RigidTransform& motion) {
-    context.CheckStop();
-    return clouds.Score(clouds.source_index.sieve, clouds.target_index.sieve, 1.0, motion);
-  };
-  input.cloud_score_bound = [&clouds, &context](const RigidTransform& motion) {
-    context.CheckStop();
-    return clouds.ScoreBound(clouds.source_index.sieve, clouds.target_index.sieve, motion);
-  };
-  input.full_cloud_score = [&clouds, &context](const RigidTransform& motion) {
-    context.CheckStop();
-    return clouds.Score(clouds.source_index.sample, clouds.target_index.sample, 0.0, motion);
-  };
-  // Where no scanner can contradict a motion, every motion scores; half as well is no rival.
-  const bool blind = !clouds.source.scanner_credible && !clouds.target.scanner_credible;
-  input.least_rival_share = blind ? 0.5 : 0.0;
-  input.least_rival_score = 0.5 * options.verification.min_overlap;
-  input.structure_images = [&clouds, &context](const RigidTransform& motion) {
-    context.CheckStop();
-    return FindStructureImages(clouds.source, clouds.source_index, clouds.target,
-                               clouds.target_index, motion);
-  };
-  input.cloud_refine = [&clouds, &context](const RigidTransform& motion) {
-    context.CheckStop();
-    return clouds.Refine(motion);
-  };
-  return input;
 }
 
 void RegisterUnguarded(const Station& source, const Station& target, const SurveyOptions& options,

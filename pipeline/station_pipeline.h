@@ -10,6 +10,7 @@
 #include "io/scan_reader.h"
 #include "io/survey_project.h"
 #include "pipeline/artifacts/scan_fingerprints.h"
+#include "pipeline/prepared_station.h"
 #include "pipeline/survey_options.h"
 #include "stages/cloud_agreement.h"
 #include "stages/station_model.h"
@@ -29,6 +30,7 @@ struct Station {
   StationFeatures features;
   std::shared_ptr<const CloudIndex> index;  ///< of the model; set where usable
   std::vector<RigidTransform> symmetries;   ///< of the station's own cloud
+  PreparedStation prepared;                 ///< what pairs need of it alone
   ScanInfo info;
   ScanRecord record;
   std::string fault;                ///< empty: usable

@@ -98,11 +98,10 @@ const PlanView& StationSketch::PlanAt(double cell_m) const {
 }
 
 StationSketch SketchStation(const StationModel& model, const StationFeatures& features,
-                            bool levelled, double largest_plan_cell_m,
-                            const PrematchOptions& options) {
+                            const PlanScale& plans, const PrematchOptions& options) {
   StationSketch sketch;
   sketch.model = &model;
-  sketch.levelled = levelled;
+  sketch.levelled = plans.cell_m > 0.0;
   const std::vector<double> rarity = Rarity(features.descriptors);
   std::vector<std::size_t> order(rarity.size());
   std::iota(order.begin(), order.end(), 0);
@@ -113,13 +112,13 @@ StationSketch SketchStation(const StationModel& model, const StationFeatures& fe
     sketch.positions.push_back(model.leaves[features.keypoints[i]].cluster.mean);
     sketch.descriptors.push_back(features.descriptors[i]);
   }
-  sketch.surface = SampleSurface(model, static_cast<std::size_t>(options.surface));
-  if (!levelled) return sketch;
-  double cell_m = PlanCellFor(model, features);
+  sketch.surface = SampleSurface(model, kViewSample);
+  if (!sketch.levelled) return sketch;
+  double cell_m = plans.cell_m;
   do {
-    sketch.plans.emplace_back(model, features, cell_m, static_cast<std::size_t>(options.walls));
+    sketch.plans.emplace_back(model, features, cell_m, kPlanWalls);
     cell_m *= 2.0;
-  } while (cell_m <= largest_plan_cell_m);
+  } while (cell_m <= plans.largest_m);
   return sketch;
 }
 

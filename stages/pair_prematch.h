@@ -13,9 +13,13 @@ struct PrematchOptions {
   int neighbors = 3;    ///< mutual nearest descriptors
   int nodes = 300;      ///< correspondences kept by node reliability
   int hypotheses = 20;  ///< motions compared by what the scanners saw
-  int surface = 400;    ///< voxels of each station that are looked at
-  int turns = 24;   ///< of 72 headings, those under which the plans of levelled ones are compared
-  int walls = 100;  ///< of each plan that are compared
+  int turns = 24;  ///< of 72 headings, those under which the plans of levelled ones are compared
+};
+
+/// Edges of cells in a station's plans.
+struct PlanScale {
+  double cell_m = 0.0;     ///< PlanCellFor the station; 0: it is not levelled and has no plans
+  double largest_m = 0.0;  ///< of all stations that are to be compared
 };
 
 /// A station reduced to what a cheap comparison needs; instrument frame, metres. Refers to the
@@ -36,11 +40,9 @@ struct StationSketch {
 
 /// Chooses the key points whose descriptors lie farthest from the station's mean, each bin in units
 /// of its own spread: the same corner looks unusual from everywhere, plain ground and walls do not.
-/// Plans of levelled stations have cells up to `largest_plan_cell_m`, the largest PlanCellFor of
-/// all stations that are to be compared.
+/// Plans of levelled stations have cells up to the largest.
 StationSketch SketchStation(const StationModel& model, const StationFeatures& features,
-                            bool levelled, double largest_plan_cell_m,
-                            const PrematchOptions& options);
+                            const PlanScale& plans, const PrematchOptions& options);
 
 /// How well the best of a few motions, found from the sketches' key points and, between levelled
 /// stations, from their plans, lays the two stations' views on each other (MutualViewScore): -2 to

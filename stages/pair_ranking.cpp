@@ -60,16 +60,16 @@ std::vector<std::size_t> BestOfEachStation(std::size_t stations, int most,
   return chosen;
 }
 
-/// At which the plans of all levelled stations can be compared; 0 if there are none.
-double LargestPlanCell(const std::vector<RankedStation>& stations,
-                       const ExecutionContext& context) {
+/// Of every station; 0 where it has no plan.
+std::vector<double> PlanCells(const std::vector<RankedStation>& stations,
+                              const ExecutionContext& context) {
   std::vector<double> cells_m(stations.size(), 0.0);
   context.ParallelFor(stations.size(), [&](std::size_t s) {
     const RankedStation& station = stations[s];
     if (station.model == nullptr || !station.levelled) return;
     cells_m[s] = PlanCellFor(*station.model, *station.features);
   });
-  return cells_m.empty() ? 0.0 : *std::max_element(cells_m.begin(), cells_m.end());
+  return cells_m;
 }
 
 std::vector<double> PrematchScores(const std::vector<RankedStation>& stations,
@@ -79,13 +79,15 @@ std::vector<double> PrematchScores(const std::vector<RankedStation>& stations,
                                    const ExecutionContext& context) {
   PrematchOptions prematch;
   prematch.keypoints = options.prematch_keypoints;
-  const double largest_plan_cell_m = LargestPlanCell(stations, context);
+  const std::vector<double> cells_m = PlanCells(stations, context);
+  const double largest_m =
+      cells_m.empty() ? 0.0 : *std::max_element(cells_m.begin(), cells_m.end());
   std::vector<StationSketch> sketches(stations.size());
   context.ParallelFor(stations.size(), [&](std::size_t s) {
     const RankedStation& station = stations[s];
     if (station.model == nullptr) return;
-    sketches[s] = SketchStation(*station.model, *station.features, station.levelled,
-                                largest_plan_cell_m, prematch);
+    sketches[s] =
+        SketchStation(*station.model, *station.features, {cells_m[s], largest_m}, prematch);
   });
   std::vector<double> scores(chosen.size());
   std::atomic<std::size_t> done = 0;

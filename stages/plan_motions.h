@@ -15,6 +15,9 @@ struct PlannedStation {
   std::span<const Eigen::Vector3d> surface;  ///< an even sample of its voxels, instrument frame
 };
 
+/// Voxels of a station that tell how well a motion lays two views on each other.
+inline constexpr std::size_t kViewSample = 400;
+
 /// An even sample of at most `count` voxels. Instrument frame.
 std::vector<Eigen::Vector3d> SampleSurface(const StationModel& model, std::size_t count);
 

@@ -16,6 +16,9 @@ struct PlanWall {
   double facing_rad = 0.0;  ///< azimuth of its normal, towards the scanner
 };
 
+/// Walls of a view that take part in comparisons.
+inline constexpr std::size_t kPlanWalls = 100;
+
 /// Directions that walls face, an eighth of a turn each.
 inline constexpr int kPlanFacings = 8;
 int FacingSector(double facing_rad);

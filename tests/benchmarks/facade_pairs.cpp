@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <cstdlib>
+#include <numbers>
 
 #include "graph/correspondence_graph.h"
 #include "graph/rigid_fit.h"
+#include "io/pose_files.h"
 #include "stages/coarse_registration.h"
 #include "stages/matching.h"
 
@@ -25,6 +27,15 @@ std::vector<Station> LoadFacade() {
   std::vector<Station> stations = LoadStations(specs, {}, ExecutionContext(0));
   std::erase_if(stations, [](const Station& s) { return !s.usable(); });
   return stations;
+}
+
+/// Of the instrument frames.
+RigidTransform TrueMotion(const std::map<std::string, RigidTransform>& survey_from_station,
+                          const Station& source, const Station& target) {
+  const auto survey_from_instrument = [&](const Station& station) {
+    return survey_from_station.at(station.spec.id) * station.model.StationFromInstrument();
+  };
+  return survey_from_instrument(target).Inverse() * survey_from_instrument(source);
 }
 
 }  // namespace
@@ -47,7 +58,9 @@ GncWelschResult Estimate(const Correspondences& inliers, const RigidTransform& m
 }
 
 Facade::Facade() : stations(LoadFacade()) {
+  if (stations.empty()) return;
   const ExecutionContext context(0);
+  const auto truth = ReadPoses(fmt::format("{}/eth_facade", std::getenv("BACKSIGHT_DATA")));
   for (const Pair& planned : PlanPairs(stations, {})) {
     FacadePair p;
     p.pair = planned;
@@ -60,8 +73,27 @@ Facade::Facade() : stations(LoadFacade()) {
     if (hypotheses.empty()) continue;
     p.coarse = RefineOnInliers(p.rows, hypotheses[0].target_from_source, 3.0 * kResolution);
     p.inliers = Inliers(p.rows, p.coarse);
+    p.truth = TrueMotion(truth, *p.source, *p.target);
+    p.target->prepared.Planes(p.target->surface(), *p.target->index, {});
     pairs.push_back(std::move(p));
   }
+}
+
+void ReportErrors(const std::function<RigidTransform(const FacadePair&)>& motion_of,
+                  benchmark::State* state) {
+  std::vector<double> re_deg, te_mm;
+  for (const FacadePair& p : TheFacade().pairs) {
+    const RigidTransform motion = motion_of(p);
+    re_deg.push_back(RotationAngle(motion.rotation, p.truth.rotation) * 180.0 / std::numbers::pi);
+    te_mm.push_back(1e3 * (motion.translation - p.truth.translation).norm());
+  }
+  if (re_deg.empty()) return;
+  std::sort(re_deg.begin(), re_deg.end());
+  std::sort(te_mm.begin(), te_mm.end());
+  state->counters["re_median_deg"] = re_deg[re_deg.size() / 2];
+  state->counters["re_max_deg"] = re_deg.back();
+  state->counters["te_median_mm"] = te_mm[te_mm.size() / 2];
+  state->counters["te_max_mm"] = te_mm.back();
 }
 
 const Facade& TheFacade() {

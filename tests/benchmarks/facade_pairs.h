@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <ctime>
+#include <functional>
 #include <vector>
 
 #include "graph/edge_consensus.h"
@@ -24,6 +25,7 @@ struct FacadePair {
   Correspondences reliable;
   RigidTransform coarse;
   Correspondences inliers;
+  RigidTransform truth;  ///< target_from_source, as given
 };
 
 /// The pairs of ETH Facade ($BACKSIGHT_DATA/eth_facade); none where the data is absent.
@@ -39,6 +41,10 @@ Correspondences Reliable(const Correspondences& c, const ExecutionContext& conte
 std::vector<EdgeHypothesis> Hypotheses(const Correspondences& c, const ExecutionContext& context);
 Correspondences Inliers(const Correspondences& c, const RigidTransform& motion);
 GncWelschResult Estimate(const Correspondences& inliers, const RigidTransform& motion);
+
+/// Counters: how far the pairs' motions are from the given truth, median and largest.
+void ReportErrors(const std::function<RigidTransform(const FacadePair&)>& motion_of,
+                  benchmark::State* state);
 
 /// What `body(pair)` takes, over the pairs in turn; skips where the data is absent. Counters: the
 /// median and the largest wall time, and the median CPU time of this process.

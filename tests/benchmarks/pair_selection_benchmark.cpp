@@ -137,11 +137,9 @@ int Rank(const std::string& project_path, const std::string& truth_path) {
              clock.Seconds());
     if (words == 64) signature = Standardised(scores);
   }
-  double plan_cell_m = 0.0;
+  std::vector<double> cells_m;
   for (const Station& station : stations) {
-    if (station.spec.levelled) {
-      plan_cell_m = std::max(plan_cell_m, PlanCellFor(station.model, station.features));
-    }
+    cells_m.push_back(station.spec.levelled ? PlanCellFor(station.model, station.features) : 0.0);
   }
   for (const auto& [keypoints, neighbors, nodes] :
        {std::array{400, 2, 100}, std::array{600, 2, 150}, std::array{600, 3, 300},
@@ -152,9 +150,10 @@ int Rank(const std::string& project_path, const std::string& truth_path) {
     prematch.nodes = nodes;
     const Clock clock;
     std::vector<StationSketch> sketches;
-    for (const Station& station : stations) {
-      sketches.push_back(SketchStation(station.model, station.features, station.spec.levelled,
-                                       plan_cell_m, prematch));
+    const double largest_m = *std::max_element(cells_m.begin(), cells_m.end());
+    for (std::size_t s = 0; s < stations.size(); ++s) {
+      sketches.push_back(SketchStation(stations[s].model, stations[s].features,
+                                       {cells_m[s], largest_m}, prematch));
     }
     std::vector<double> scores;
     for (const RatedPair& pair : pairs) {

@@ -18,21 +18,23 @@
 namespace backsight {
 namespace {
 
-FineResult Fine(const FacadePair& p, const RigidTransform& motion, const Matrix6d& information,
-                const ExecutionContext& context) {
-  return RefinePair(
-      {p.source->surface(), p.target->surface(), *p.target->index, motion, information, {}}, {},
-      context);
+/// With what the target's pairs share.
+FineInput FineInputOf(const FacadePair& p, const RigidTransform& motion,
+                      const Matrix6d& information) {
+  FineInput input{
+      p.source->surface(), p.target->surface(), *p.target->index, motion, information, {}};
+  input.target_planes = &p.target->prepared.Planes(p.target->surface(), *p.target->index, {});
+  return input;
 }
 
 /// From correspondences to the refined motion: RGN, RGE, GNC and FR.
-void RowsToMotion(const FacadePair& p, const ExecutionContext& context) {
+FineResult RowsToMotion(const FacadePair& p, const ExecutionContext& context) {
   const auto hypotheses = Hypotheses(Reliable(p.rows, context), context);
-  if (hypotheses.empty()) return;
+  if (hypotheses.empty()) return {};
   const RigidTransform motion =
       RefineOnInliers(p.rows, hypotheses[0].target_from_source, 3.0 * kResolution);
   const GncWelschResult gnc = Estimate(Inliers(p.rows, motion), motion);
-  benchmark::DoNotOptimize(Fine(p, gnc.target_from_source, gnc.information, context));
+  return RefinePair(FineInputOf(p, gnc.target_from_source, gnc.information), {}, context);
 }
 
 void BM_Rgn(benchmark::State& state) {
@@ -57,7 +59,8 @@ void BM_Gnc(benchmark::State& state) {
 void BM_Fine(benchmark::State& state) {
   const ExecutionContext context(1);
   OverPairs(state, [&](const FacadePair& p) {
-    benchmark::DoNotOptimize(Fine(p, p.coarse, Matrix6d::Identity() * 1e4, context));
+    benchmark::DoNotOptimize(
+        RefinePair(FineInputOf(p, p.coarse, Matrix6d::Identity() * 1e4), {}, context));
   });
 }
 
@@ -66,13 +69,15 @@ void BM_FineWithoutSurfaces(benchmark::State& state) {
   FineOptions options;
   options.surfaces = false;
   OverPairs(state, [&](const FacadePair& p) {
-    benchmark::DoNotOptimize(RefinePair({p.source->surface(),
-                                         p.target->surface(),
-                                         *p.target->index,
-                                         p.coarse,
-                                         Matrix6d::Identity() * 1e4,
-                                         {}},
-                                        options, context));
+    benchmark::DoNotOptimize(
+        RefinePair(FineInputOf(p, p.coarse, Matrix6d::Identity() * 1e4), options, context));
+  });
+}
+
+/// What the pairs of a target share, once for all of them.
+void BM_FineOncePerTarget(benchmark::State& state) {
+  OverPairs(state, [](const FacadePair& p) {
+    benchmark::DoNotOptimize(MakePlaneTree(p.target->surface(), p.target->index->means, {}));
   });
 }
 
@@ -93,7 +98,10 @@ void BM_PointToPlanePcl(benchmark::State& state) {
 
 void BM_RowsToMotion(benchmark::State& state) {
   const ExecutionContext context(static_cast<int>(state.range(0)));
-  OverPairs(state, [&](const FacadePair& p) { RowsToMotion(p, context); });
+  OverPairs(state,
+            [&](const FacadePair& p) { benchmark::DoNotOptimize(RowsToMotion(p, context)); });
+  ReportErrors([&](const FacadePair& p) { return RowsToMotion(p, context).target_from_source; },
+               &state);
 }
 
 void BM_PrerejectivePcl(benchmark::State& state) {
@@ -163,6 +171,7 @@ BENCHMARK(BM_Rge)->Arg(1)->Arg(0)->UseManualTime()->Iterations(84)->Unit(benchma
 BENCHMARK(BM_Gnc)->UseManualTime()->Iterations(84)->Unit(benchmark::kMillisecond);
 BENCHMARK(BM_Fine)->UseManualTime()->Iterations(84)->Unit(benchmark::kMillisecond);
 BENCHMARK(BM_FineWithoutSurfaces)->UseManualTime()->Iterations(84)->Unit(benchmark::kMillisecond);
+BENCHMARK(BM_FineOncePerTarget)->UseManualTime()->Iterations(42)->Unit(benchmark::kMillisecond);
 BENCHMARK(BM_GicpPcl)->UseManualTime()->Iterations(5)->Unit(benchmark::kMillisecond);
 BENCHMARK(BM_PointToPlanePcl)->UseManualTime()->Iterations(5)->Unit(benchmark::kMillisecond);
 BENCHMARK(BM_RowsToMotion)

@@ -1,0 +1,65 @@
+#include "pipeline/prepared_station.h"
+
+#include <map>
+#include <mutex>
+#include <optional>
+#include <tuple>
+
+#include "stages/plan_motions.h"
+
+namespace backsight {
+namespace {
+
+/// The options that a plane tree depends on.
+using TreeOptions = std::tuple<double, double, double>;
+
+}  // namespace
+
+struct PreparedStation::Kept {
+  std::mutex mutex;
+  std::map<TreeOptions, PlaneTree> planes;  // what is in a map stays where it is
+  std::optional<double> plan_cell_m;
+  std::map<double, PlanView> plans;  // by the edge of their cells
+  std::optional<std::vector<Eigen::Vector3d>> view_sample;
+};
+
+PreparedStation::PreparedStation() : kept_(std::make_unique<Kept>()) {}
+PreparedStation::PreparedStation(const PreparedStation& /*other*/) : PreparedStation() {}
+PreparedStation::PreparedStation(PreparedStation&& other) noexcept = default;
+PreparedStation& PreparedStation::operator=(const PreparedStation& other) {
+  if (this != &other) kept_ = std::make_unique<Kept>();
+  return *this;
+}
+PreparedStation& PreparedStation::operator=(PreparedStation&& other) noexcept = default;
+PreparedStation::~PreparedStation() = default;
+
+const PlaneTree& PreparedStation::Planes(const Surface& surface, const CloudIndex& index,
+                                         const FineOptions& options) const {
+  const TreeOptions key{options.root_edge, options.max_thickness_m, options.max_thinness};
+  const std::lock_guard lock(kept_->mutex);
+  const auto found = kept_->planes.find(key);
+  if (found != kept_->planes.end()) return found->second;
+  return kept_->planes.emplace(key, MakePlaneTree(surface, index.means, options)).first->second;
+}
+
+double PreparedStation::PlanCell(const StationModel& model, const StationFeatures& features) const {
+  const std::lock_guard lock(kept_->mutex);
+  if (!kept_->plan_cell_m) kept_->plan_cell_m = PlanCellFor(model, features);
+  return *kept_->plan_cell_m;
+}
+
+const PlanView& PreparedStation::Plan(const StationModel& model, const StationFeatures& features,
+                                      double cell_m) const {
+  const std::lock_guard lock(kept_->mutex);
+  const auto found = kept_->plans.find(cell_m);
+  if (found != kept_->plans.end()) return found->second;
+  return kept_->plans.emplace(cell_m, PlanView(model, features, cell_m, kPlanWalls)).first->second;
+}
+
+const std::vector<Eigen::Vector3d>& PreparedStation::ViewSample(const StationModel& model) const {
+  const std::lock_guard lock(kept_->mutex);
+  if (!kept_->view_sample) kept_->view_sample = SampleSurface(model, kViewSample);
+  return *kept_->view_sample;
+}
+
+}  // namespace backsight

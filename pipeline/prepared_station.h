@@ -1,0 +1,41 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "graph/plane_tree.h"
+#include "stages/cloud_agreement.h"
+#include "stages/fine_registration.h"
+#include "stages/plan_view.h"
+#include "stages/surface.h"
+
+namespace backsight {
+
+/// What pairs need of one station alone: made for the first pair that asks, kept for all others, in
+/// memory only. Thread-safe. A copy begins with nothing, because the station may change in it.
+class PreparedStation {
+ public:
+  PreparedStation();
+  PreparedStation(const PreparedStation& other);
+  PreparedStation(PreparedStation&& other) noexcept;
+  PreparedStation& operator=(const PreparedStation& other);
+  PreparedStation& operator=(PreparedStation&& other) noexcept;
+  ~PreparedStation();
+
+  /// MakePlaneTree for the station as a target.
+  const PlaneTree& Planes(const Surface& surface, const CloudIndex& index,
+                          const FineOptions& options) const;
+
+  /// PlanCellFor a levelled station, and its view with cells of any edge.
+  double PlanCell(const StationModel& model, const StationFeatures& features) const;
+  const PlanView& Plan(const StationModel& model, const StationFeatures& features,
+                       double cell_m) const;
+  /// SampleSurface of kViewSample voxels.
+  const std::vector<Eigen::Vector3d>& ViewSample(const StationModel& model) const;
+
+ private:
+  struct Kept;
+  std::unique_ptr<Kept> kept_;
+};
+
+}  // namespace backsight

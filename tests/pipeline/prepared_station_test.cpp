@@ -1,0 +1,36 @@
+#include "pipeline/prepared_station.h"
+
+#include <gtest/gtest.h>
+
+#include <utility>
+
+#include "tests/support/hall_scene.h"
+
+namespace backsight {
+namespace {
+
+TEST(PreparedStation, MakesEverythingOnceAndAnewInACopy) {
+  const HallScene scene(1, {});
+  const HallStation station(scene, {-5.0, -2.5, 1.6}, 10);
+  const PreparedStation prepared;
+  const PlaneTree& planes = prepared.Planes(station.surface(), station.index, {});
+  EXPECT_GT(planes.roots(), 10U);
+  EXPECT_EQ(&prepared.Planes(station.surface(), station.index, {}), &planes);
+  FineOptions coarser;
+  coarser.root_edge *= 2.0;
+  const PlaneTree& others = prepared.Planes(station.surface(), station.index, coarser);
+  EXPECT_LT(others.roots(), planes.roots());
+  EXPECT_EQ(&prepared.Planes(station.surface(), station.index, {}), &planes);
+
+  const double cell_m = prepared.PlanCell(station.model, station.features);
+  EXPECT_EQ(cell_m, PlanCellFor(station.model, station.features));
+  const PlanView& plan = prepared.Plan(station.model, station.features, cell_m);
+  EXPECT_EQ(&prepared.Plan(station.model, station.features, cell_m), &plan);
+  EXPECT_EQ(prepared.Plan(station.model, station.features, 2.0 * cell_m).cell_m(), 2.0 * cell_m);
+
+  const PreparedStation copy = prepared;
+  EXPECT_NE(&copy.Planes(station.surface(), station.index, {}), &planes);
+}
+
+}  // namespace
+}  // namespace backsight
