@@ -36,9 +36,10 @@ struct Cycle {
 /// What the cycles say of one link. Rivals of other links do not count twice: of all cycles over
 /// the same stations, one that holds is enough.
 struct LinkSupport {
-  int valid = 0;      ///< station loops through the link that close
-  int invalid = 0;    ///< and that do not
-  int confirmed = 0;  ///< valid ones whose other links are all accepted, none doubtful
+  int valid = 0;       ///< station loops through the link that close
+  int invalid = 0;     ///< and that do not
+  int confirmed = 0;   ///< valid ones whose other links are all accepted, none doubtful
+  int part_loops = 0;  ///< CountPartLoops'; CheckCycles leaves it 0
   int Score() const { return valid - invalid; }
 };
 

@@ -31,7 +31,8 @@ class Selector {
     FindLeads();
     for (std::size_t l = 0; l < links.size(); ++l) {
       if (!links[l].doubtful) continue;
-      if (support[l].confirmed >= 1 || support[l].valid >= 2) continue;
+      if (support[l].confirmed >= 1 || support[l].valid >= 2 || support[l].part_loops >= 1)
+        continue;
       Drop(l, LinkFate::kUnconfirmed);
     }
   }
@@ -76,7 +77,8 @@ class Selector {
   }
 
   double Limit(std::size_t l) const {
-    const bool denied = support_[l].valid == 0 && support_[l].invalid > 0;
+    const LinkSupport& own = support_[l];
+    const bool denied = own.valid == 0 && own.invalid > 0 && own.part_loops == 0;
     return denied ? options_.unsupported_limit : options_.outlier_limit;
   }
 
@@ -239,21 +241,29 @@ class Selector {
     return merit;
   }
 
-  /// Doubtful links confirm each other only if each says something by itself: the two ends of a
-  /// symmetric building ask for the same wrong motion in many pairs.
+  /// A doubtful link is confirmed within a part that accepted links hold together, or where two
+  /// ways over other doubtful links lead from part to part. Those must each say something by
+  /// themselves: the two ends of a symmetric building ask for the same wrong motion in many pairs.
   bool IsConfirmed(std::size_t l) const {
-    std::vector<char> others = used_;
-    others[l] = 0;
+    std::vector<char> accepted = used_;
     for (std::size_t k = 0; k < links_.size(); ++k) {
-      if (links_[k].doubtful && links_[k].credibility < kCredible) others[k] = 0;
+      if (links_[k].doubtful) accepted[k] = 0;
     }
-    const PoseGraphLink& link = links_[l];
-    if (CountDisjointPaths(stations_, links_, others, link.source, link.target, 2) >= 2)
-      return true;
+    const std::vector<int> part = FindComponents(stations_, links_, accepted);
+    const auto between_parts = [&](std::size_t k) {
+      PoseGraphLink link = links_[k];
+      link.source = part[Slot(link.source)];
+      link.target = part[Slot(link.target)];
+      return link;
+    };
+    std::vector<PoseGraphLink> others;
     for (std::size_t k = 0; k < links_.size(); ++k) {
-      if (links_[k].doubtful) others[k] = 0;
+      if (k == l || used_[k] == 0 || !links_[k].doubtful) continue;
+      if (links_[k].credibility >= kCredible) others.push_back(between_parts(k));
     }
-    return CountDisjointPaths(stations_, links_, others, link.source, link.target, 1) >= 1;
+    const PoseGraphLink link = between_parts(l);
+    return link.source == link.target ||
+           CountDisjointPaths(stations_, others, {}, link.source, link.target, 2) >= 2;
   }
 
   bool DropUnconfirmed() {

@@ -56,15 +56,15 @@ struct LinkSelection {
 /// adjustment do not hang on false ones:
 ///   1. a forest over the links in the order of their cycles, then of their lead over rivals, then
 ///   of
-///      confidence; doubtful links only where cycles confirm them;
+///      confidence; doubtful links only where cycles confirm them or a loop of parts closes;
 ///   2. the links that close a loop with it within outlier_limit, with the errors along the forest;
 ///      adjustment; then links within outlier_limit in, others out, to a fixed point;
 ///   3. stations to better places as long as there are any (FindRivalPlacements);
-///   4. doubtful links that neither a way over accepted links nor two ways over others confirm:
-///   out;
+///   4. doubtful links that neither a way over accepted links confirms nor two ways over doubtful
+///      ones between the parts that accepted links hold together: out;
 ///   5. where two placements are equally likely, the links between the parts: out.
-/// Steps 2 to 5 repeat until nothing changes. `support` is CheckCycles'. The information matrices
-/// must be of the right scale.
+/// Steps 2 to 5 repeat until nothing changes. `support` is CheckCycles' with CountPartLoops'. The
+/// information matrices must be of the right scale.
 LinkSelection SelectLinks(int stations, std::span<const PoseGraphLink> links,
                           std::span<const LinkSupport> support, const SelectionOptions& options);
 

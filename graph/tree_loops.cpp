@@ -87,4 +87,9 @@ std::vector<double> TreeLoopErrors(int stations, std::span<const PoseGraphLink> 
   return errors;
 }
 
+std::vector<Matrix6d> TreeCovariances(int stations, std::span<const PoseGraphLink> links,
+                                      const SpanningForest& forest) {
+  return HungForest(stations, links, forest).covariance;
+}
+
 }  // namespace backsight

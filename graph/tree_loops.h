@@ -13,4 +13,9 @@ namespace backsight {
 std::vector<double> TreeLoopErrors(int stations, std::span<const PoseGraphLink> links,
                                    const SpanningForest& forest);
 
+/// Per station, the covariance of its pose's perturbation in the frame of its tree's first station,
+/// summed over the links on the way there; zero for that station. Time O(stations + links).
+std::vector<Matrix6d> TreeCovariances(int stations, std::span<const PoseGraphLink> links,
+                                      const SpanningForest& forest);
+
 }  // namespace backsight

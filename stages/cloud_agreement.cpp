@@ -209,12 +209,17 @@ Sight LookAt(const StationModel& viewer, const Eigen::Vector3d& point,
   const double range = point.norm();
   const double spread = tolerance.pixels * range * viewer.range_image.PixelAngle();
   constexpr double kLeastSine = 0.05;
-  const double sine = normal.allFinite()
-                          ? std::max(std::abs(normal.cast<double>().dot(point)) / range, kLeastSine)
-                          : kLeastSine;
-  const double slack = std::min(tolerance.voxels * viewer.resolution_m() + spread / sine, 1.0);
+  constexpr double kMost = 1.0;  // m
+  const bool is_surface = normal.allFinite();
+  const double sine =
+      is_surface ? std::max(std::abs(normal.cast<double>().dot(point)) / range, kLeastSine)
+                 : kLeastSine;
+  const double varies = tolerance.voxels * viewer.resolution_m() + spread / sine;
+  const double slack = std::min(varies, kMost);
   if (window.gap_m <= slack) return Sight::kAgrees;
-  if (range < window.nearest_m - slack) return Sight::kSeenThrough;
+  // On ground seen at a grazing angle the next beams lie metres apart: none need be near the point.
+  const double clearly = is_surface ? varies : slack;
+  if (range < window.nearest_m - clearly) return Sight::kSeenThrough;
   return range > window.farthest_m + slack ? Sight::kHidden : Sight::kUnclear;
 }
 

@@ -44,7 +44,7 @@ enum class Sight {
   kHidden,       ///< all it measured there lies in front
   kAgrees,       ///< it measured something at that range
   kSeenThrough,  ///< all it measured there lies clearly behind
-  kUnclear,      ///< in front and behind: an edge
+  kUnclear,      ///< in front and behind: an edge; or behind by what a grazing surface varies
 };
 
 /// Ranges that differ by less are of one surface.
@@ -56,7 +56,8 @@ struct SightTolerance {
 };
 
 /// `point` and `normal` in the viewer's frame; the normal may be NaN. Compares the point's range
-/// with those in three by three pixels; the tolerance is at most 1 m.
+/// with those in three by three pixels; the tolerance is at most 1 m, except that a surface counts
+/// as seen through only beyond all that it varies at its incidence.
 Sight LookAt(const StationModel& viewer, const Eigen::Vector3d& point,
              const Eigen::Vector3f& normal, const SightTolerance& tolerance = {});
 

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "graph/graph_connectivity.h"
+#include "graph/part_loops.h"
 #include "graph/spanning_tree.h"
 #include "graph/tree_loops.h"
 
@@ -116,6 +117,8 @@ LinkSelection SolveWithScale(int stations, const NetworkOptions& options,
   double factor = cycles.scale.factor;
   result->cycle_sigma_factor = std::sqrt(factor);
   ScaleInformation(1.0 / factor, links);
+  const std::vector<int> loops = CountPartLoops(stations, *links, kGrossError);
+  for (std::size_t l = 0; l < links->size(); ++l) result->support[l].part_loops = loops[l];
   LinkSelection selection;
   constexpr int kMaxRounds = 4;
   for (int round = 0; round < kMaxRounds; ++round) {

@@ -2,6 +2,7 @@
 
 #include <cstdio>
 #include <set>
+#include <utility>
 
 #include "tests/stages/synthetic_links.h"
 #include "tests/support/matchers.h"
@@ -192,6 +193,45 @@ TEST(SolveNetwork, DoubtfulLinksAreUsedWhereLoopsConfirmThem) {
   const auto wrong = Solve(network);
   EXPECT_EQ(wrong.fate[3], LinkFate::kUnconfirmed);
   EXPECT_EQ(Count(wrong, LinkFate::kUsed), 14);
+}
+
+/// Two towns' worth of accepted links and `across` doubtful ones from one to the other, none of
+/// them on a triangle or a loop of four.
+SyntheticNetwork TwoPartsFarApart(std::uint64_t seed,
+                                  const std::vector<std::pair<int, int>>& across) {
+  constexpr int kOfPart = 12;  // a ring, in the order of the stations
+  SyntheticNetwork network = MakeNetwork(seed, 2 * kOfPart, 1.0, 1.0);
+  std::erase_if(network.links, [&](const PoseGraphLink& link) {
+    const auto [a, b] = std::minmax(link.source, link.target);
+    const bool in_ring = a / kOfPart == b / kOfPart && (b - a == 1 || b - a == kOfPart - 1);
+    return !in_ring && std::find(across.begin(), across.end(), std::pair(a, b)) == across.end();
+  });
+  for (PoseGraphLink& link : network.links) {
+    link.doubtful = (link.source < kOfPart) != (link.target < kOfPart);
+  }
+  return network;
+}
+
+TEST(SolveNetwork, ThreeDoubtfulLinksJoinPartsHoweverFarApart) {
+  for (std::uint64_t seed = 0; seed < 10; ++seed) {
+    const auto three = Solve(TwoPartsFarApart(seed, {{0, 12}, {4, 16}, {8, 20}}));
+    EXPECT_EQ(Count(three, LinkFate::kUsed), 27) << seed;
+    EXPECT_EQ(three.poses.component, std::vector<int>(24, 0)) << seed;
+
+    // Two could be two windows beside their places.
+    const auto two = Solve(TwoPartsFarApart(seed, {{0, 12}, {4, 16}}));
+    EXPECT_EQ(Count(two, LinkFate::kUnconfirmed), 2) << seed;
+
+    auto contradicted = TwoPartsFarApart(seed, {{0, 12}, {4, 16}, {8, 20}});
+    for (PoseGraphLink& link : contradicted.links) {
+      if (link.doubtful && std::min(link.source, link.target) == 4) {
+        link.target_from_source.translation.x() += 3.0;
+      }
+    }
+    const auto apart = Solve(contradicted);
+    EXPECT_EQ(Count(apart, LinkFate::kUsed), 24) << seed;
+    EXPECT_EQ(apart.poses.component.back(), 1) << seed;
+  }
 }
 
 TEST(SolveNetwork, SymmetricHallIsDecidedByTheScores) {

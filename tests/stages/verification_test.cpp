@@ -230,5 +230,49 @@ TEST(FreeSpace, KnowsHiddenFromSeenThrough) {
   EXPECT_EQ(LookAt(model, {-5.0, 0.0, 0.0}, facing), Sight::kNotInView);
 }
 
+/// Rolling ground that a scanner 1.6 m above it sees at a grazing angle, with beams 0.8 degrees
+/// apart: its rings of points lie farther apart than a window of the image is wide.
+double GroundHeight(double x, double y) {
+  return -1.6 + 0.2 * std::sin(x / 7.0) * std::cos(y / 5.0) - 0.2 * std::sin(0.3) * std::cos(0.2);
+}
+
+TEST(FreeSpace, GroundBetweenFarBeamsIsNotSeenThrough) {
+  constexpr double kStep = 0.8 * 0.017453292519943295;
+  StationModel model;
+  model.lattice.edge_m = 0.3;
+  model.range_image = RangeImage(Eigen::Vector3d::Zero(), 0.45);
+  for (double azimuth = 0.0; azimuth < 6.28; azimuth += kStep) {
+    for (double elevation = -0.7; elevation < -0.01; elevation += kStep) {
+      const Eigen::Vector3d beam(std::cos(elevation) * std::cos(azimuth),
+                                 std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
+      double range = 0.5;
+      while (range < 60.0 && range * beam.z() > GroundHeight(range * beam.x(), range * beam.y())) {
+        range += 0.01;
+      }
+      if (range < 60.0) model.range_image.Add(range * beam);
+    }
+  }
+  const Eigen::Vector3f up(0.0F, 0.0F, 1.0F);
+  int in_view = 0;
+  int seen_through = 0;
+  int raised_seen_through = 0;
+  for (double x = -36.0; x <= 36.0; x += 0.5) {
+    for (double y = -36.0; y <= 36.0; y += 0.5) {
+      const double range = std::hypot(x, y);
+      if (range < 20.0 || range > 36.0) continue;
+      const Eigen::Vector3d ground(x, y, GroundHeight(x, y));
+      in_view += LookAt(model, ground, up) != Sight::kNotInView ? 1 : 0;
+      seen_through += LookAt(model, ground, up) == Sight::kSeenThrough ? 1 : 0;
+      // A wall across the same place is met by beams that went on.
+      const Eigen::Vector3f facing = -Eigen::Vector3d(x, y, 0.0).normalized().cast<float>();
+      const Eigen::Vector3d wall(0.5 * x, 0.5 * y, 0.5 * GroundHeight(x, y));
+      raised_seen_through += LookAt(model, wall, facing) == Sight::kSeenThrough ? 1 : 0;
+    }
+  }
+  ASSERT_GT(in_view, 5000);
+  EXPECT_LT(seen_through, in_view / 500);
+  EXPECT_GT(raised_seen_through, in_view / 2);
+}
+
 }  // namespace
 }  // namespace backsight
