@@ -30,9 +30,26 @@ class DamagedArchive : public std::runtime_error {
   DamagedArchive() : std::runtime_error("the bytes end early or hold another value") {}
 };
 
+/// Counts the bytes that a value takes.
+class ArchiveMeasure {
+ public:
+  static constexpr bool kReads = false;
+  template <class... Values>
+  void operator()(Values&... values) {
+    (Transfer(*this, values), ...);
+  }
+  void Raw(const void*, std::size_t size) { bytes_ += size; }
+  std::size_t bytes() const { return bytes_; }
+
+ private:
+  std::size_t bytes_ = 0;
+};
+
 class ArchiveWriter {
  public:
   static constexpr bool kReads = false;
+  /// `bytes`: how many to expect.
+  explicit ArchiveWriter(std::size_t bytes = 0) { bytes_.reserve(bytes); }
   template <class... Values>
   void operator()(Values&... values) {
     (Transfer(*this, values), ...);
@@ -143,9 +160,12 @@ void Transfer(Archive& archive, RigidTransform& transform) {
 /// The bytes of a value.
 template <class Value>
 std::string ToBytes(const Value& value) {
-  ArchiveWriter writer;
   // Fields are named once, for reading and writing; writing changes nothing.
-  Transfer(writer, const_cast<Value&>(value));  // NOLINT(cppcoreguidelines-pro-type-const-cast)
+  auto& fields = const_cast<Value&>(value);  // NOLINT(cppcoreguidelines-pro-type-const-cast)
+  ArchiveMeasure measure;
+  Transfer(measure, fields);
+  ArchiveWriter writer(measure.bytes());
+  Transfer(writer, fields);
   return writer.Take();
 }
 

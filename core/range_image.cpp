@@ -98,23 +98,28 @@ RangeImage::Window RangeImage::Around(const Eigen::Vector3d& point) const {
   const Eigen::Vector3d direction = point - origin_;
   const auto range = static_cast<float>(direction.norm());
   const auto [row, column] = Cell(direction);
-  Window window;
+  Window window{HUGE_VALF, 0.0F, HUGE_VALF, pixels_[Index(row, column)]};
   for (int r = std::max(0, row - 1); r <= std::min(rows_ - 1, row + 1); ++r) {
     const int reach = reach_[static_cast<std::size_t>(r)];
-    for (int step = -reach; step <= reach; ++step) {
-      int c = column + step;  // no farther than a whole turn outside
-      c += c < 0 ? columns_ : 0;
-      c -= c >= columns_ ? columns_ : 0;
-      const Pixel& pixel = pixels_[Index(r, c)];
-      if (pixel.max_m == 0.0F) continue;
-      const float gap = std::min(std::abs(pixel.min_m - range), std::abs(pixel.max_m - range));
-      const bool first = window.farthest_m == 0.0F;
-      window.nearest_m = first ? pixel.min_m : std::min(window.nearest_m, pixel.min_m);
-      window.gap_m = first ? gap : std::min(window.gap_m, gap);
-      window.farthest_m = std::max(window.farthest_m, pixel.max_m);
-    }
+    const Pixel* const pixels = pixels_.data() + Index(r, 0);
+    const int first = column - reach;  // no farther than a whole turn outside
+    const int end = column + reach + 1;
+    Include(pixels + std::max(first, 0), std::min(end, columns_) - std::max(first, 0), range,
+            &window);
+    if (first < 0) Include(pixels + columns_ + first, -first, range, &window);
+    if (end > columns_) Include(pixels, end - columns_, range, &window);
   }
-  return window;
+  return window.farthest_m > 0.0F ? window : Window{};
+}
+
+void RangeImage::Include(const Pixel* pixels, int count, float range, Window* window) {
+  for (const Pixel* pixel = pixels; pixel != pixels + count; ++pixel) {
+    const bool empty = pixel->max_m == 0.0F;
+    const float gap = std::min(std::abs(pixel->min_m - range), std::abs(pixel->max_m - range));
+    window->nearest_m = std::min(window->nearest_m, empty ? HUGE_VALF : pixel->min_m);
+    window->gap_m = std::min(window->gap_m, empty ? HUGE_VALF : gap);
+    window->farthest_m = std::max(window->farthest_m, pixel->max_m);
+  }
 }
 
 std::pair<int, int> RangeImage::Cell(const Eigen::Vector3d& d) const {

@@ -32,6 +32,7 @@ class RangeImage {
     float nearest_m = 0.0F;   ///< 0: nothing was measured
     float farthest_m = 0.0F;  ///< likewise
     float gap_m = 0.0F;  ///< from the point's range to the closest end of a pixel's ranges, >= 0
+    Pixel middle;        ///< the one in whose direction the point lies
   };
   /// Three by three pixels about `point`; where pixels are narrow, near the poles, as many columns
   /// as make up the same angle. Time O(9), at the poles O(columns).
@@ -57,6 +58,8 @@ class RangeImage {
   }
   /// Row and column of the direction from the origin to a point.
   std::pair<int, int> Cell(const Eigen::Vector3d& direction) const;
+  /// Takes `count` neighbouring pixels into the window of a point at `range`.
+  static void Include(const Pixel* pixels, int count, float range, Window* window);
   std::size_t Index(const Eigen::Vector3d& point) const;
 
   Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();

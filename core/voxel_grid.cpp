@@ -1,41 +1,72 @@
 #include "core/voxel_grid.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace backsight {
 
 void VoxelClusterer::Add(std::uint64_t key, const Eigen::Vector3d& d) {
   if (key != last_key_) {  // neighbours in a scan line mostly share their voxel
-    const auto [slot, is_new] = slots_.try_emplace(key, static_cast<std::uint32_t>(sums_.size()));
-    if (is_new) sums_.push_back({.key = key});
     last_key_ = key;
-    last_slot_ = slot->second;
+    last_voxel_ = VoxelOf(key);
   }
-  Sums& s = sums_[last_slot_];
+  Sums& s = sums_[last_voxel_];
   s.count += 1.0;
   s.first[0] += d.x(), s.first[1] += d.y(), s.first[2] += d.z();
   s.second[0] += d.x() * d.x(), s.second[1] += d.x() * d.y(), s.second[2] += d.x() * d.z();
   s.second[3] += d.y() * d.y(), s.second[4] += d.y() * d.z(), s.second[5] += d.z() * d.z();
 }
 
-std::vector<VoxelLeaf> VoxelClusterer::Finish() const {
-  std::vector<VoxelLeaf> leaves;
-  leaves.reserve(sums_.size());
-  for (const Sums& s : sums_) {
-    const Eigen::Vector3d first(s.first[0], s.first[1], s.first[2]);
-    Eigen::Matrix3d second;
-    second << s.second[0], s.second[1], s.second[2], s.second[1], s.second[3], s.second[4],
-        s.second[2], s.second[4], s.second[5];
-    const Eigen::Vector3d mean = first / s.count;
-    VoxelLeaf leaf;
-    leaf.key = s.key;
-    leaf.cluster.count = s.count;
-    leaf.cluster.mean = lattice_.Corner(VoxelLattice::Unpack(s.key)) + mean;
-    leaf.cluster.scatter = second - first * mean.transpose();
-    leaves.push_back(leaf);
+std::size_t VoxelClusterer::SlotOf(std::uint64_t key) const {
+  // Fibonacci hashing; the low bits of a product are poor.
+  std::size_t slot = (key * 0x9E3779B97F4A7C15U >> 32U) & (slots_.size() - 1);
+  while (slots_[slot].voxel != kNone && slots_[slot].key != key) {
+    slot = (slot + 1) & (slots_.size() - 1);
   }
-  std::sort(leaves.begin(), leaves.end(),
-            [](const VoxelLeaf& a, const VoxelLeaf& b) { return a.key < b.key; });
+  return slot;
+}
+
+/// A new one where there is none yet.
+std::uint32_t VoxelClusterer::VoxelOf(std::uint64_t key) {
+  const std::size_t slot = SlotOf(key);
+  if (slots_[slot].voxel != kNone) return slots_[slot].voxel;
+  const auto voxel = static_cast<std::uint32_t>(sums_.size());
+  slots_[slot] = {key, voxel};
+  sums_.push_back({.key = key});
+  if (2 * sums_.size() > slots_.size()) Grow();
+  return voxel;
+}
+
+void VoxelClusterer::Grow() {
+  slots_.assign(2 * slots_.size(), {});
+  for (std::uint32_t voxel = 0; voxel < sums_.size(); ++voxel) {
+    slots_[SlotOf(sums_[voxel].key)] = {sums_[voxel].key, voxel};
+  }
+}
+
+VoxelLeaf VoxelClusterer::LeafOf(std::size_t voxel) const {
+  const Sums& s = sums_[voxel];
+  const Eigen::Vector3d first(s.first[0], s.first[1], s.first[2]);
+  Eigen::Matrix3d second;
+  second << s.second[0], s.second[1], s.second[2], s.second[1], s.second[3], s.second[4],
+      s.second[2], s.second[4], s.second[5];
+  const Eigen::Vector3d mean = first / s.count;
+  VoxelLeaf leaf;
+  leaf.key = s.key;
+  leaf.cluster.count = s.count;
+  leaf.cluster.mean = lattice_.Corner(VoxelLattice::Unpack(s.key)) + mean;
+  leaf.cluster.scatter = second - first * mean.transpose();
+  return leaf;
+}
+
+std::vector<VoxelLeaf> VoxelClusterer::Finish() const {
+  std::vector<std::pair<std::uint64_t, std::size_t>> order;  // leaves are large to sort
+  order.reserve(size());
+  for (std::size_t voxel = 0; voxel < size(); ++voxel) order.emplace_back(KeyOf(voxel), voxel);
+  std::sort(order.begin(), order.end());
+  std::vector<VoxelLeaf> leaves;
+  leaves.reserve(size());
+  for (const auto& [key, voxel] : order) leaves.push_back(LeafOf(voxel));
   return leaves;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <utility>
 
 namespace backsight {
 namespace {
@@ -28,6 +29,23 @@ std::uint32_t CountBits(std::uint64_t bits) {
   return static_cast<std::uint32_t>(bits * 0x0101010101010101U >> 56U);
 }
 
+/// The step to the brick beyond a face: below and above along x, y and z.
+Eigen::Vector3i Beyond(int face) {
+  const Eigen::Vector3i step = Eigen::Vector3i::Unit(face / 2);
+  return face % 2 == 0 ? Eigen::Vector3i(-step) : step;
+}
+
+/// The faces of its brick that a cell lies at, a bit for each.
+unsigned FacesOf(std::uint32_t within) {
+  unsigned faces = 0;
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    const std::uint32_t place = within >> (6U - 3U * axis) & 7U;
+    if (place == 0U) faces |= 1U << (2U * axis);
+    if (place == 7U) faces |= 2U << (2U * axis);
+  }
+  return faces;
+}
+
 }  // namespace
 
 VoxelIndex::VoxelIndex(const VoxelLattice& lattice, std::span<const std::uint64_t> keys)
@@ -40,30 +58,79 @@ VoxelIndex::VoxelIndex(const VoxelLattice& lattice, std::span<const std::uint64_
   });
 
   std::vector<std::uint64_t> brick_keys;
-  order_.reserve(places.size());
-  for (const Place& place : places) {
-    if (brick_keys.empty() || brick_keys.back() != place.brick) {
-      brick_keys.push_back(place.brick);
-      bricks_.emplace_back();
+  std::vector<std::uint64_t> beside;  // bricks that a voxel shares a face with
+  for (std::size_t begin = 0, end = 0; begin < places.size(); begin = end) {
+    unsigned faces = 0;
+    for (; end < places.size() && places[end].brick == places[begin].brick; ++end) {
+      faces |= FacesOf(places[end].within);
     }
-    const std::size_t x = place.within >> 6U;
-    std::uint64_t& mask = bricks_.back().masks[x];
-    if (mask == 0) bricks_.back().first[x] = static_cast<std::uint32_t>(order_.size());
-    mask |= 1ULL << (place.within & 63U);
-    order_.push_back(place.voxel);
+    brick_keys.push_back(places[begin].brick);
+    const Eigen::Vector3i at = VoxelLattice::Unpack(places[begin].brick);
+    for (int face = 0; face < 6; ++face) {
+      if ((faces >> face & 1U) != 0U) beside.push_back(VoxelLattice::Pack(at + Beyond(face)));
+    }
   }
-
-  slots_.resize(std::bit_ceil(2 * brick_keys.size() + 1));
-  slot_mask_ = slots_.size() - 1;
-  for (std::size_t i = 0; i < brick_keys.size(); ++i) {
-    std::size_t slot = Slot(brick_keys[i]);
-    while (slots_[slot].brick != kNoBrick) slot = (slot + 1) & slot_mask_;
-    slots_[slot] = {brick_keys[i], static_cast<std::uint32_t>(i)};
+  beside.insert(beside.end(), brick_keys.begin(), brick_keys.end());
+  MakeBricks(std::move(beside));
+  order_.reserve(places.size());
+  Brick* brick = nullptr;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (i == 0 || places[i].brick != places[i - 1].brick) {
+      brick = BrickAt(VoxelLattice::Unpack(places[i].brick));
+    }
+    const std::size_t x = places[i].within >> 6U;
+    std::uint64_t& mask = brick->masks[x];
+    if (mask == 0) brick->first[x] = static_cast<std::uint32_t>(order_.size());
+    mask |= 1ULL << (places[i].within & 63U);
+    order_.push_back(places[i].voxel);
+  }
+  for (const std::uint64_t key : brick_keys) {
+    const Eigen::Vector3i at = VoxelLattice::Unpack(key);
+    MarkNear(*BrickAt(at), at);
   }
 }
 
-/// One search of the nearest point and the second nearest's distance: cell by cell from the query's
-/// own, leaving out what lies farther than these. Lengths in cells.
+/// Bricks of these keys, each once.
+void VoxelIndex::MakeBricks(std::vector<std::uint64_t> keys) {
+  std::sort(keys.begin(), keys.end());
+  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+  bricks_.resize(keys.size());
+  slots_.resize(std::bit_ceil(2 * keys.size() + 1));
+  slot_mask_ = slots_.size() - 1;
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    std::size_t slot = Slot(keys[i]);
+    while (slots_[slot].brick != kNoBrick) slot = (slot + 1) & slot_mask_;
+    slots_[slot] = {keys[i], static_cast<std::uint32_t>(i)};
+  }
+}
+
+/// Marks the cells of the brick's voxels and those that share a face with them.
+void VoxelIndex::MarkNear(const Brick& brick, const Eigen::Vector3i& at) {
+  constexpr std::uint64_t kFirstZ = 0x0101010101010101U;
+  constexpr std::uint64_t kLastZ = kFirstZ << 7U;
+  Brick& own = *BrickAt(at);
+  // Marks what a mask says where it says anything: only then there is a brick.
+  const auto mark = [&](int face, std::size_t x, std::uint64_t mask) {
+    if (mask != 0) BrickAt(at + Beyond(face))->near[x] |= mask;
+  };
+  for (std::size_t x = 0; x < kEdge; ++x) {
+    const std::uint64_t mask = brick.masks[x];
+    own.near[x] |=
+        mask | mask << 8U | mask >> 8U | (mask & ~kLastZ) << 1U | (mask & ~kFirstZ) >> 1U;
+    if (x > 0) own.near[x - 1] |= mask;
+    if (x + 1 < kEdge) own.near[x + 1] |= mask;
+    mark(2, x, mask << 56U);
+    mark(3, x, mask >> 56U);
+    mark(4, x, (mask & kFirstZ) << 7U);
+    mark(5, x, (mask & kLastZ) >> 7U);
+  }
+  mark(0, kEdge - 1, brick.masks[0]);
+  mark(1, 0, brick.masks[kEdge - 1]);
+}
+
+/// One search of the nearest point and, if wanted, the second nearest's distance: cell by cell from
+/// the query's own, leaving out what lies farther than these. Lengths in cells.
+template <bool kOthers>
 class VoxelIndex::Search {
  public:
   Search(const VoxelIndex& index, std::span<const Eigen::Vector3d> points,
@@ -96,13 +163,13 @@ class VoxelIndex::Search {
   }
 
  private:
-  static constexpr double kRounding = 1e-9;  // means may lie beside their cells by rounding
-
   /// Of a coordinate from a cell.
   static double Gap(double place, int cell) {
     return std::max({cell - place, place - cell - 1.0, 0.0}) - kRounding;
   }
-  double Bound() const { return best_.others_squared_m2 * per_square_; }
+  double Bound() const {
+    return (kOthers ? best_.others_squared_m2 : best_.squared_m2) * per_square_;
+  }
 
   /// The cells of a slice across x that are within the bound in y and in z.
   void VisitSlice(int x, double in_x2) {
@@ -117,19 +184,13 @@ class VoxelIndex::Search {
       for (int in_z = z_first >> 3; in_z <= z_last >> 3; ++in_z) {
         const Brick* brick = Cached({x >> 3, in_y, in_z});
         if (brick == nullptr) continue;
-        const std::uint64_t rows = Run(y_first - 8 * in_y, y_last - 8 * in_y, 8);
-        const std::uint64_t row = Run(z_first - 8 * in_z, z_last - 8 * in_z, 1) & 0xFFU;
-        VisitCells(*brick, x & 7, rows & (row * 0x0101010101010101U));
+        VisitCells(
+            *brick, x & 7,
+            Window(y_first - 8 * in_y, y_last - 8 * in_y, z_first - 8 * in_z, z_last - 8 * in_z));
       }
     }
   }
 
-  /// The bits from place `first` to place `last`, cut to 0 .. 7, each place `width` bits.
-  static std::uint64_t Run(int first, int last, int width) {
-    const int from = width * std::max(first, 0);
-    const int beyond = width * (7 - std::min(last, 7));
-    return (~std::uint64_t{0} << from) & (~std::uint64_t{0} >> (64 - 8 * width + beyond));
-  }
   static int FloorOf(double value) {
     const int cut = static_cast<int>(value);
     return cut > value ? cut - 1 : cut;
@@ -189,7 +250,15 @@ std::optional<VoxelIndex::Neighbor> VoxelIndex::Nearest(std::span<const Eigen::V
                                                         const Eigen::Vector3d& query,
                                                         double radius_m) const {
   if (!lattice_.Contains(query)) return std::nullopt;
-  return Search(*this, points, query, radius_m).Run();
+  return Search<true>(*this, points, query, radius_m).Run();
+}
+
+std::optional<std::uint32_t> VoxelIndex::NearestVoxel(std::span<const Eigen::Vector3d> points,
+                                                      const Eigen::Vector3d& query,
+                                                      double radius_m) const {
+  if (!lattice_.Contains(query)) return std::nullopt;
+  const auto nearest = Search<false>(*this, points, query, radius_m).Run();
+  return nearest ? std::optional(nearest->voxel) : std::nullopt;
 }
 
 }  // namespace backsight

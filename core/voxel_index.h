@@ -1,11 +1,13 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "core/voxel_grid.h"
@@ -14,8 +16,8 @@ namespace backsight {
 
 /// Occupied voxels of a lattice by position: bricks of 8 x 8 x 8 cells as bit masks in a hash
 /// table, so that a look-up costs a few instructions and what is near lies near. Voxels are known
-/// by their place in the list of keys. Memory: 4 bytes per voxel and about 160 per brick. Queries
-/// are thread-safe.
+/// by their place in the list of keys. Memory: 4 bytes per voxel and about 220 per brick that holds
+/// or touches some. Queries are thread-safe.
 class VoxelIndex {
  public:
   /// `keys` are distinct and packed as VoxelLattice::Pack does. O(n log n).
@@ -39,15 +41,35 @@ class VoxelIndex {
   std::optional<Neighbor> Nearest(std::span<const Eigen::Vector3d> points,
                                   const Eigen::Vector3d& query, double radius_m) const;
 
+  /// The voxel of Nearest alone, in about half the time.
+  std::optional<std::uint32_t> NearestVoxel(std::span<const Eigen::Vector3d> points,
+                                            const Eigen::Vector3d& query, double radius_m) const;
+
+  /// Calls `visit(voxel, squared_m2)` for those of `points`, point i in the cell of voxel i, that
+  /// are closer to `query` than `radius_m`, in an order that depends on the voxels and the query's
+  /// cell.
+  template <class Visit>
+  void VisitWithin(std::span<const Eigen::Vector3d> points, const Eigen::Vector3d& query,
+                   double radius_m, Visit visit) const;
+
  private:
-  static constexpr int kEdge = 8;  // of a brick, cells
+  static constexpr int kEdge = 8;            // of a brick, cells
+  static constexpr double kRounding = 1e-9;  // cells: means may lie beside their own by rounding
   struct Brick {
     std::array<std::uint64_t, kEdge> masks{};  // per x; bit 8 y + z
+    std::array<std::uint64_t, kEdge> near{};   // the same of cells that hold or touch a voxel
     std::array<std::uint32_t, kEdge> first{};  // of the x-slice's voxels in order_
   };
+  template <bool kOthers>
   class Search;
 
-  /// Null where no voxel of the brick is occupied.
+  void MakeBricks(std::vector<std::uint64_t> keys);
+  void MarkNear(const Brick& brick, const Eigen::Vector3i& at);
+  Brick* BrickAt(const Eigen::Vector3i& brick) {
+    return const_cast<Brick*>(std::as_const(*this).BrickAt(brick));  // NOLINT: of this very index
+  }
+
+  /// Null where no voxel lies in the brick or beside it.
   const Brick* BrickAt(const Eigen::Vector3i& brick) const {
     const std::uint64_t key = VoxelLattice::Pack(brick);
     for (std::size_t slot = Slot(key);; slot = (slot + 1) & slot_mask_) {
@@ -66,10 +88,27 @@ class VoxelIndex {
       visit(order_[VoxelBefore(brick, x, std::countr_zero(bits))]);
     }
   }
+  /// The bits from place `first` to place `last`, cut to 0 .. 7, each place `width` bits.
+  static std::uint64_t Run(int first, int last, int width) {
+    const int from = width * std::max(first, 0);
+    const int beyond = width * (7 - std::min(last, 7));
+    return (~std::uint64_t{0} << from) & (~std::uint64_t{0} >> (64 - 8 * width + beyond));
+  }
+  /// The bits of a slice across x for places of y and of z.
+  static std::uint64_t Window(int y_first, int y_last, int z_first, int z_last) {
+    const std::uint64_t row = Run(z_first, z_last, 1) & 0xFFU;
+    return Run(y_first, y_last, 8) & (row * 0x0101010101010101U);
+  }
   static std::uint32_t VoxelBefore(const Brick& brick, int x, int bit) {
     const std::uint64_t below = brick.masks[static_cast<std::size_t>(x)] & ((1ULL << bit) - 1U);
-    return brick.first[static_cast<std::size_t>(x)] +
-           static_cast<std::uint32_t>(std::popcount(below));
+    return brick.first[static_cast<std::size_t>(x)] + CountBits(below);
+  }
+  /// std::popcount is a call on baseline x86-64.
+  static std::uint32_t CountBits(std::uint64_t bits) {
+    bits -= bits >> 1U & 0x5555555555555555U;
+    bits = (bits & 0x3333333333333333U) + (bits >> 2U & 0x3333333333333333U);
+    bits = (bits + (bits >> 4U)) & 0x0F0F0F0F0F0F0F0FU;
+    return static_cast<std::uint32_t>(bits * 0x0101010101010101U >> 56U);
   }
 
   static constexpr std::uint32_t kNoBrick = ~0U;
@@ -103,16 +142,16 @@ void VoxelIndex::VisitAround(const Eigen::Vector3d& point, Visit visit) const {
   const int y = cell.y() & 7;
   const int z = cell.z() & 7;
   const int bit = 8 * y + z;
-  if (const Brick* own = BrickAt(at); own != nullptr) {
-    std::uint64_t cross = 1ULL << bit;
-    if (y > 0) cross |= 1ULL << (bit - 8);
-    if (y < 7) cross |= 1ULL << (bit + 8);
-    if (z > 0) cross |= 1ULL << (bit - 1);
-    if (z < 7) cross |= 1ULL << (bit + 1);
-    VisitBits(*own, x, cross, visit);
-    if (x > 0) VisitBits(*own, x - 1, 1ULL << bit, visit);
-    if (x < 7) VisitBits(*own, x + 1, 1ULL << bit, visit);
-  }
+  const Brick* own = BrickAt(at);
+  if (own == nullptr || (own->near[static_cast<std::size_t>(x)] >> bit & 1U) == 0U) return;
+  std::uint64_t cross = 1ULL << bit;
+  if (y > 0) cross |= 1ULL << (bit - 8);
+  if (y < 7) cross |= 1ULL << (bit + 8);
+  if (z > 0) cross |= 1ULL << (bit - 1);
+  if (z < 7) cross |= 1ULL << (bit + 1);
+  VisitBits(*own, x, cross, visit);
+  if (x > 0) VisitBits(*own, x - 1, 1ULL << bit, visit);
+  if (x < 7) VisitBits(*own, x + 1, 1ULL << bit, visit);
   const auto beyond = [&](int axis, int place, int in_x, int in_bit) {
     Eigen::Vector3i next = at;
     next[axis] += place == 0 ? -1 : 1;
@@ -124,6 +163,36 @@ void VoxelIndex::VisitAround(const Eigen::Vector3d& point, Visit visit) const {
   if (on_face(x)) beyond(0, x, 7 - x, bit);
   if (on_face(y)) beyond(1, y, x, 8 * (7 - y) + z);
   if (on_face(z)) beyond(2, z, x, 8 * y + 7 - z);
+}
+
+template <class Visit>
+void VoxelIndex::VisitWithin(std::span<const Eigen::Vector3d> points, const Eigen::Vector3d& query,
+                             double radius_m, Visit visit) const {
+  if (!lattice_.Contains(query)) return;
+  const Eigen::Array3d place = (query - lattice_.origin).array() / lattice_.edge_m;
+  const double reach = radius_m / lattice_.edge_m + kRounding;
+  const Eigen::Array3i first = (place - reach).floor().cast<int>();
+  const Eigen::Array3i last = (place + reach).floor().cast<int>();
+  const double squared_radius = radius_m * radius_m;
+  const auto offer = [&](std::uint32_t voxel) {
+    const Eigen::Vector3d d = query - points[voxel];
+    const double squared = d.x() * d.x() + d.y() * d.y() + d.z() * d.z();
+    if (squared < squared_radius) visit(voxel, squared);
+  };
+  for (int bx = first.x() >> 3; bx <= last.x() >> 3; ++bx) {
+    for (int by = first.y() >> 3; by <= last.y() >> 3; ++by) {
+      for (int bz = first.z() >> 3; bz <= last.z() >> 3; ++bz) {
+        const Brick* brick = BrickAt({bx, by, bz});
+        if (brick == nullptr) continue;
+        const std::uint64_t wanted = Window(first.y() - kEdge * by, last.y() - kEdge * by,
+                                            first.z() - kEdge * bz, last.z() - kEdge * bz);
+        const int x_last = std::min(last.x() - kEdge * bx, kEdge - 1);
+        for (int x = std::max(first.x() - kEdge * bx, 0); x <= x_last; ++x) {
+          VisitBits(*brick, x, wanted, offer);
+        }
+      }
+    }
+  }
 }
 
 }  // namespace backsight

@@ -39,13 +39,22 @@ void VoxelShards::Add(const Batch& batch, const ExecutionContext& context) {
 }
 
 std::vector<VoxelLeaf> VoxelShards::Finish() const {
-  std::vector<VoxelLeaf> leaves;
-  for (const VoxelClusterer& shard : shards_) {
-    const std::vector<VoxelLeaf> part = shard.Finish();
-    leaves.insert(leaves.end(), part.begin(), part.end());
+  struct Place {
+    std::uint64_t key;
+    std::uint32_t shard;
+    std::uint32_t voxel;
+  };
+  std::vector<Place> order;
+  for (std::uint32_t shard = 0; shard < kShards; ++shard) {
+    for (std::uint32_t voxel = 0; voxel < shards_[shard].size(); ++voxel) {
+      order.push_back({shards_[shard].KeyOf(voxel), shard, voxel});
+    }
   }
-  std::sort(leaves.begin(), leaves.end(),
-            [](const VoxelLeaf& a, const VoxelLeaf& b) { return a.key < b.key; });
+  std::sort(order.begin(), order.end(),
+            [](const Place& a, const Place& b) { return a.key < b.key; });
+  std::vector<VoxelLeaf> leaves;
+  leaves.reserve(order.size());
+  for (const Place& place : order) leaves.push_back(shards_[place.shard].LeafOf(place.voxel));
   return leaves;
 }
 

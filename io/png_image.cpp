@@ -32,8 +32,6 @@ void RgbImage::Set(int x, int y, std::array<std::uint8_t, 3> colour) {
 
 namespace {
 
-using Colour = std::array<std::uint8_t, 3>;
-
 /// A picture of at most 256 colours as indices into them, in order of appearance.
 struct IndexedImage {
   std::vector<std::uint8_t> colours;  // 3 each
@@ -44,16 +42,19 @@ std::optional<IndexedImage> Index(const RgbImage& image) {
   constexpr std::size_t kMostColours = 256;
   IndexedImage indexed;
   indexed.pixels.reserve(image.rgb.size() / 3);
-  std::map<Colour, std::uint8_t> indices;
+  std::map<std::uint32_t, std::uint8_t> indices;
+  auto last = indices.end();  // pixels are mostly like the one before
   for (std::size_t i = 0; i < image.rgb.size(); i += 3) {
-    const Colour colour = {image.rgb[i], image.rgb[i + 1], image.rgb[i + 2]};
-    auto found = indices.find(colour);
-    if (found == indices.end()) {
+    const std::uint32_t colour = static_cast<std::uint32_t>(image.rgb[i]) << 16U |
+                                 static_cast<std::uint32_t>(image.rgb[i + 1]) << 8U |
+                                 image.rgb[i + 2];
+    if (last == indices.end() || last->first != colour) last = indices.find(colour);
+    if (last == indices.end()) {
       if (indices.size() == kMostColours) return std::nullopt;
-      found = indices.emplace(colour, static_cast<std::uint8_t>(indices.size())).first;
-      indexed.colours.insert(indexed.colours.end(), colour.begin(), colour.end());
+      last = indices.emplace(colour, static_cast<std::uint8_t>(indices.size())).first;
+      indexed.colours.insert(indexed.colours.end(), &image.rgb[i], &image.rgb[i] + 3);
     }
-    indexed.pixels.push_back(found->second);
+    indexed.pixels.push_back(last->second);
   }
   return indexed;
 }

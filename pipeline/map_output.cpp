@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "io/atomic_file.h"
+#include "io/octomap_file.h"
 #include "io/output_names.h"
 #include "pipeline/artifacts/output_units.h"
 #include "pipeline/output_files.h"
@@ -37,7 +38,10 @@ std::string Draw(int component, const OutputSource& source, double resolution_m,
   OccupancyMapOptions options;
   options.resolution_m = resolution_m;
   options.scale = in_enu ? source.ground.ScaleOf(component) : 1.0;
-  return DrawOccupancyMap(placed, left_out, options, context);
+  const OccupancyMap map = DrawOccupancyMap(placed, left_out, options, context);
+  const std::vector<std::uint64_t> keys = map.Keys();
+  return OctomapBytes(resolution_m, keys,
+                      [&](std::size_t i, OctomapBlock& block) { map.Fill(keys[i], block); });
 }
 
 /// Nothing but a warning where the map cannot hold its component.

@@ -53,8 +53,13 @@ PlacedClouds PlaceClouds(const std::vector<Station>& stations, const Network& ne
 }
 
 std::pair<double, double> MiddleOf(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return {values[values.size() / 100], values[values.size() - 1 - values.size() / 100]};
+  const auto cut = static_cast<std::ptrdiff_t>(values.size() / 100);
+  const auto low = values.begin() + cut;
+  const auto high = values.end() - 1 - cut;
+  std::nth_element(values.begin(), low, values.end());
+  const double lowest = *low;
+  std::nth_element(low, high, values.end());
+  return {lowest, *high};
 }
 
 CloudExtent ExtentOf(const PlacedClouds& clouds) {

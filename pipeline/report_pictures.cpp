@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <iterator>
 
 #include "pipeline/picture_canvas.h"
@@ -46,14 +47,20 @@ std::vector<PictureRecord> DrawReportPictures(const std::vector<Station>& statio
   const std::vector<DistanceSample> samples = MainSamples(network, distances);
   std::vector<NamedSection> sections = ChooseSections(extent, samples);
   if (const auto worst = ChooseWorst(extent, samples)) sections.push_back(*worst);
-  std::vector<PictureRecord> pictures = {DrawDensity(clouds, extent, TracesOf(sections), context),
-                                         DrawHeights(clouds, extent, context)};
-  std::vector<PictureRecord> cuts = DrawSections(clouds, sections, context);
-  std::move(cuts.begin(), cuts.end(), std::back_inserter(pictures));
-  if (!samples.empty()) {
-    pictures.push_back(
-        DrawDistances(clouds, extent, samples, {ScaleLimit(samples), distances.search_m}, context));
-  }
+  using Pictures = std::vector<PictureRecord>;
+  const std::vector<std::function<Pictures()>> draw = {
+      [&] { return Pictures{DrawDensity(clouds, extent, TracesOf(sections), context)}; },
+      [&] { return Pictures{DrawHeights(clouds, extent, context)}; },
+      [&] { return DrawSections(clouds, sections, context); },
+      [&] {
+        if (samples.empty()) return Pictures{};
+        const DistanceLimits limits{ScaleLimit(samples), distances.search_m};
+        return Pictures{DrawDistances(clouds, extent, samples, limits, context)};
+      }};
+  std::vector<Pictures> drawn(draw.size());
+  context.ParallelFor(draw.size(), [&](std::size_t i) { drawn[i] = draw[i](); });
+  Pictures pictures;
+  for (Pictures& some : drawn) std::move(some.begin(), some.end(), std::back_inserter(pictures));
   return pictures;
 }
 

@@ -19,7 +19,7 @@ std::optional<SurfacePatch> PlaneOf(const Station& station, std::size_t leaf) {
   const StationModel& model = station.model;
   const PointCluster& cluster = model.leaves[leaf].cluster;
   if (cluster.count >= kEnough) return PatchOf(cluster, model.resolution_m());
-  const auto patch = FindPatch(model, station.index->search, leaf);
+  const auto patch = FindPatch(model, *station.index, leaf);
   return patch ? patch : PatchOf(cluster, model.resolution_m());
 }
 
@@ -107,7 +107,7 @@ class SectionCanvas {
  private:
   static constexpr unsigned kStationBits = 24;
   static constexpr std::size_t kStripePx = 8;
-  static constexpr std::size_t kMostPending = std::size_t{1} << 24U;
+  static constexpr std::size_t kMostPending = std::size_t{1} << 22U;
 
   static std::size_t StationOf(std::size_t entry) {
     return entry & ((std::size_t{1} << kStationBits) - 1);

@@ -82,19 +82,32 @@ PictureRecord DrawDetail(const PlacedClouds& clouds, const NamedSection& named,
   return picture;
 }
 
+/// The section as a whole, if wanted and if it cuts anything.
+std::optional<PictureRecord> DrawWholeIfAny(const PlacedClouds& clouds, const NamedSection& named,
+                                            const ExecutionContext& context) {
+  if (named.apart_m) return std::nullopt;
+  const std::optional<Span> span = SpanOf(clouds, named.section, context);
+  if (!span) return std::nullopt;
+  return DrawWhole(clouds, named, *span, context);
+}
+
 }  // namespace
 
 std::vector<PictureRecord> DrawSections(const PlacedClouds& clouds,
                                         const std::vector<NamedSection>& sections,
                                         const ExecutionContext& context) {
-  std::vector<PictureRecord> pictures;
-  for (const NamedSection& named : sections) {
-    if (!named.apart_m) {
-      const std::optional<Span> span = SpanOf(clouds, named.section, context);
-      if (!span) continue;
-      pictures.push_back(DrawWhole(clouds, named, *span, context));
+  std::vector<std::optional<PictureRecord>> drawn(2 * sections.size());
+  context.ParallelFor(drawn.size(), [&](std::size_t i) {
+    const NamedSection& named = sections[i / 2];
+    if (i % 2 == 0) {
+      drawn[i] = DrawWholeIfAny(clouds, named, context);
+    } else if (named.detail) {
+      drawn[i] = DrawDetail(clouds, named, context);
     }
-    if (named.detail) pictures.push_back(DrawDetail(clouds, named, context));
+  });
+  std::vector<PictureRecord> pictures;
+  for (std::optional<PictureRecord>& picture : drawn) {
+    if (picture) pictures.push_back(*std::move(picture));
   }
   return pictures;
 }

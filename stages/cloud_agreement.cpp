@@ -198,13 +198,17 @@ CloudSample SampleCloud(const StationModel& model, std::size_t leaves) {
 CloudIndex::CloudIndex(const StationModel& model)
     : voxels(model.lattice, Keys(model)),
       means(Means(model)),
-      search(means),
       sieve(SampleCloud(model, 1500)),
       sample(SampleCloud(model, 20000)) {}
 
 Sight LookAt(const StationModel& viewer, const Eigen::Vector3d& point,
              const Eigen::Vector3f& normal, const SightTolerance& tolerance) {
-  const RangeImage::Window window = viewer.range_image.Around(point);
+  return LookAt(viewer, viewer.range_image.Around(point), point, normal, tolerance);
+}
+
+Sight LookAt(const StationModel& viewer, const RangeImage::Window& window,
+             const Eigen::Vector3d& point, const Eigen::Vector3f& normal,
+             const SightTolerance& tolerance) {
   if (window.farthest_m == 0.0F) return Sight::kNotInView;
   const double range = point.norm();
   const double spread = tolerance.pixels * range * viewer.range_image.PixelAngle();

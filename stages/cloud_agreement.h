@@ -4,7 +4,6 @@
 #include <memory>
 #include <vector>
 
-#include "core/neighbors.h"
 #include "core/rigid_transform.h"
 #include "core/voxel_index.h"
 #include "stages/surface.h"
@@ -26,14 +25,13 @@ struct CloudSample {
 /// Whole blocks, evenly chosen, of about `leaves` voxels altogether. O(n log n) for n voxels.
 CloudSample SampleCloud(const StationModel& model, std::size_t leaves);
 
-/// What comparisons of a station's cloud with others need, made once per station. Memory: about 90
+/// What comparisons of a station's cloud with others need, made once per station. Memory: about 40
 /// bytes per voxel.
 struct CloudIndex {
   explicit CloudIndex(const StationModel& model);
 
   VoxelIndex voxels;                   ///< the leaves by position
   std::vector<Eigen::Vector3d> means;  ///< of the leaves
-  NeighborSearch search;               ///< among them
   CloudSample sieve;                   ///< about 1,500 voxels: for many hypotheses
   CloudSample sample;                  ///< about 20,000: for the few that remain
 };
@@ -60,6 +58,10 @@ struct SightTolerance {
 /// as seen through only beyond all that it varies at its incidence.
 Sight LookAt(const StationModel& viewer, const Eigen::Vector3d& point,
              const Eigen::Vector3f& normal, const SightTolerance& tolerance = {});
+/// The same where the window about the point is known.
+Sight LookAt(const StationModel& viewer, const RangeImage::Window& window,
+             const Eigen::Vector3d& point, const Eigen::Vector3f& normal,
+             const SightTolerance& tolerance);
 
 /// A ratio of sums over groups, with the standard deviation that the groups' scatter gives it.
 struct RatioEstimate {

@@ -49,14 +49,15 @@ void Hear(const PlacedSurface& own, const PlacedSurface& witness, double reach_m
     const Eigen::Vector3d point = witness_from_own * own.surface.model.leaves[i].cluster.mean;
     const double range = point.norm();
     if (range > reach_m) continue;
-    const Sight sight = LookAt(viewer, point, rotation * own.surface.normals[i], tolerance);
+    const RangeImage::Window window = viewer.range_image.Around(point);
+    const Sight sight = LookAt(viewer, window, point, rotation * own.surface.normals[i], tolerance);
     Testimony& testimony = (*said)[i];
     if (sight == Sight::kSeenThrough) {
       ++testimony.past;
       testimony.beam_m = std::min(testimony.beam_m, range * viewer.range_image.PixelAngle());
     }
     testimony.there += sight == Sight::kAgrees ? 1 : 0;
-    const RangeImage::Pixel& pixel = viewer.range_image.At(point);
+    const RangeImage::Pixel& pixel = window.middle;
     const bool met = pixel.max_m > 0.0F && range > pixel.min_m - clearance_m &&
                      range < pixel.max_m + clearance_m;
     testimony.met += met ? 1 : 0;
@@ -77,9 +78,9 @@ std::vector<Testimony> HearAll(const std::vector<PlacedSurface>& surfaces, std::
 }
 
 /// Width of the second largest extent of what the voxels hold, as if it were spread evenly.
-double WidthOf(const StationModel& model, const std::vector<NeighborSearch::Neighbor>& voxels) {
+double WidthOf(const StationModel& model, const std::vector<std::uint32_t>& voxels) {
   PointCluster all;
-  for (const auto& voxel : voxels) all += model.leaves[voxel.index].cluster;
+  for (const std::uint32_t voxel : voxels) all += model.leaves[voxel].cluster;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(all.Covariance(),
                                                             Eigen::EigenvaluesOnly);
   return std::sqrt(12.0 * std::max(axes.eigenvalues()[1], 0.0));
@@ -91,13 +92,15 @@ std::vector<Label> LabelByTestimony(const PlacedSurface& own, const std::vector<
   const StationModel& model = own.surface.model;
   const auto is_suspect = [&](std::size_t i) { return said[i].past > said[i].there; };
   std::vector<Label> labels(said.size(), Label::kUnknown);
+  std::vector<std::uint32_t> around;
   for (std::size_t i = 0; i < said.size(); ++i) {
     if (said[i].met > said[i].past) labels[i] = Label::kStill;
     if (!is_suspect(i)) continue;
-    const auto around =
-        own.index.search.Within(model.leaves[i].cluster.mean, ReachAt(model, i, options.reach));
-    const auto suspects = std::count_if(around.begin(), around.end(),
-                                        [&](const auto& near) { return is_suspect(near.index); });
+    around.clear();
+    own.index.voxels.VisitWithin(own.index.means, own.index.means[i],
+                                 ReachAt(model, i, options.reach),
+                                 [&](std::uint32_t near, double) { around.push_back(near); });
+    const auto suspects = std::count_if(around.begin(), around.end(), is_suspect);
     // Beams may pass beside a pole or a wire on both sides.
     constexpr double kBeamsAcross = 1.5;
     const bool most =
@@ -132,10 +135,13 @@ class RegionGrowing {
  private:
   using Entry = std::tuple<double, std::uint32_t, Label>;  // cost, leaf, label
 
-  std::vector<NeighborSearch::Neighbor> Around(std::uint32_t leaf) const {
+  /// Calls `visit(near, squared_m2)` for the leaves about one.
+  template <class Visit>
+  void VisitAround(std::uint32_t leaf, Visit visit) const {
     constexpr double kStep = 2.0;  // voxels
-    const StationModel& model = own_.surface.model;
-    return own_.index.search.Within(model.leaves[leaf].cluster.mean, ReachAt(model, leaf, kStep));
+    const CloudIndex& index = own_.index;
+    index.voxels.VisitWithin(index.means, index.means[leaf],
+                             ReachAt(own_.surface.model, leaf, kStep), visit);
   }
 
   /// Moving voxels, and still ones that touch the unknown region about them.
@@ -155,19 +161,19 @@ class RegionGrowing {
     while (!front.empty()) {
       const std::uint32_t leaf = front.back();
       front.pop_back();
-      for (const auto& near : Around(leaf)) visit(near.index);
+      VisitAround(leaf, [&](std::uint32_t near, double) { visit(near); });
     }
     return seeds;
   }
 
   void Spread(std::uint32_t from, double cost) {
-    for (const auto& near : Around(from)) {
-      if (labels_[near.index] != Label::kUnknown) continue;
-      const double reached = cost + StepCost(from, near);
-      if (reached >= cost_[near.index] || reached > LimitOf(labels_[from])) continue;
-      cost_[near.index] = reached;
-      queue_.emplace(reached, near.index, labels_[from]);
-    }
+    VisitAround(from, [&](std::uint32_t near, double squared_m2) {
+      if (labels_[near] != Label::kUnknown) return;
+      const double reached = cost + StepCost(from, near, std::sqrt(squared_m2));
+      if (reached >= cost_[near] || reached > LimitOf(labels_[from])) return;
+      cost_[near] = reached;
+      queue_.emplace(reached, near, labels_[from]);
+    });
   }
 
   /// What nobody else looked at is not taken far from what was seen through.
@@ -176,17 +182,17 @@ class RegionGrowing {
     return label == Label::kMoving ? kFarthest : HUGE_VAL;
   }
 
-  double StepCost(std::uint32_t from, const NeighborSearch::Neighbor& to) const {
+  double StepCost(std::uint32_t from, std::uint32_t to, double distance_m) const {
     constexpr double kTurnWeight = 20.0;  // of 1 - cos of the angle between the normals
     constexpr double kUndefinedTurn = 0.5;
     constexpr double kSuspicion = 0.05;
     const Eigen::Vector3f& a = own_.surface.normals[from];
-    const Eigen::Vector3f& b = own_.surface.normals[to.index];
+    const Eigen::Vector3f& b = own_.surface.normals[to];
     const bool defined = a.allFinite() && b.allFinite();
     const double turn = defined ? 1.0 - std::abs(a.dot(b)) : kUndefinedTurn;
-    const Testimony& testimony = said_[to.index];
+    const Testimony& testimony = said_[to];
     const bool fits = labels_[from] == Label::kMoving && testimony.past > testimony.met;
-    return (fits ? kSuspicion : 1.0) * to.distance_m * (1.0 + kTurnWeight * turn);
+    return (fits ? kSuspicion : 1.0) * distance_m * (1.0 + kTurnWeight * turn);
   }
 
   const PlacedSurface& own_;

@@ -179,10 +179,15 @@ class Refinement {
     if (!options_.surfaces || input_.normals.empty()) return;
     std::vector<std::uint64_t> cells = planes_.cells;
     std::sort(cells.begin(), cells.end());
+    // Most voxels lie in none of them: bits of the cells, which are as good as random, tell.
+    constexpr std::uint64_t kLowBits = 0xFFFF;
+    std::vector<bool> taken(kLowBits + 1);
+    for (const std::uint64_t cell : cells) taken[cell & kLowBits] = true;
     const auto covered = [&](std::size_t s, std::size_t i) {
       const Eigen::Vector3d point = lattice_from_survey_ * (poses[s] * clusters_[s][i].mean);
       for (int depth = 0; depth <= PlaneSearchOptions{}.max_depth; ++depth) {
         const std::uint64_t cell = PlaneCell(point, options_.root_edge * l_, depth);
+        if (!taken[cell & kLowBits]) continue;
         if (std::binary_search(cells.begin(), cells.end(), cell)) return true;
       }
       return false;

@@ -43,13 +43,15 @@ SurfaceMatcher::SurfaceMatcher(std::span<const StationModel* const> stations,
   for (const StationModel* model : stations) l_ = std::max(l_, model->resolution_m());
   context.ParallelFor(stations.size(), [&](std::size_t s) {
     Voxels& voxels = voxels_[s];
+    std::vector<std::uint64_t> keys;
     for (std::size_t i = 0; i < stations[s]->leaves.size(); ++i) {
       const Eigen::Vector3f& normal = (*normals[s])[i];
       if (!normal.allFinite() || covered(s, i)) continue;
       voxels.means.push_back(stations[s]->leaves[i].cluster.mean);
       voxels.normals.push_back(normal);
+      keys.push_back(stations[s]->leaves[i].key);
     }
-    voxels.search = std::make_unique<NeighborSearch>(voxels.means);
+    voxels.index = std::make_unique<VoxelIndex>(stations[s]->lattice, keys);
   });
 }
 
@@ -59,16 +61,15 @@ std::vector<SurfaceMatcher::Match> SurfaceMatcher::FindMatches(
   const Voxels& target = voxels_[static_cast<std::size_t>(link.target)];
   const std::size_t stride = std::max<std::size_t>(1, source.means.size() / sample);
   std::vector<Match> matches;
-  if (target.means.empty()) return matches;
   for (std::size_t i = 0; i < source.means.size(); i += stride) {
     const Eigen::Vector3d moved = target_from_source * source.means[i];
-    const auto nearest = target.search->Nearest(moved, 1);
-    if (nearest.empty() || nearest[0].distance_m > kReach * l_) continue;
+    const auto nearest = target.index->NearestVoxel(target.means, moved, kReach * l_);
+    if (!nearest) continue;
     const Eigen::Vector3d moved_normal =
         target_from_source.rotation * source.normals[i].cast<double>();
-    const Eigen::Vector3d fixed_normal = target.normals[nearest[0].index].cast<double>();
+    const Eigen::Vector3d fixed_normal = target.normals[*nearest].cast<double>();
     if (moved_normal.dot(fixed_normal) < kLargestAngleCosine) continue;
-    matches.push_back({moved, target.means[nearest[0].index], moved_normal, fixed_normal});
+    matches.push_back({moved, target.means[*nearest], moved_normal, fixed_normal});
   }
   return matches;
 }

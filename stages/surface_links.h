@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/execution.h"
-#include "core/neighbors.h"
+#include "core/voxel_index.h"
 #include "graph/planar_statistics.h"
 #include "graph/pose_graph.h"
 #include "stages/station_model.h"
@@ -27,7 +27,7 @@ struct SurfaceObservations {
 class SurfaceMatcher {
  public:
   /// `covered(s, i)`: voxel i of station s is part of a plane. `normals[s]` per leaf, NaN where
-  /// undefined. Keeps the uncovered voxels, 36 bytes each, and their search trees.
+  /// undefined. Keeps the uncovered voxels, 40 bytes each.
   SurfaceMatcher(std::span<const StationModel* const> stations,
                  std::span<const std::vector<Eigen::Vector3f>* const> normals,
                  const std::function<bool(std::size_t, std::size_t)>& covered,
@@ -45,7 +45,7 @@ class SurfaceMatcher {
   struct Voxels {
     std::vector<Eigen::Vector3d> means;
     std::vector<Eigen::Vector3f> normals;
-    std::unique_ptr<NeighborSearch> search;
+    std::unique_ptr<VoxelIndex> index;
   };
   struct Match;
   struct LinkResult;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "graph/plane_fit.h"
+
 namespace backsight {
 
 std::optional<SurfacePatch> PatchOf(const PointCluster& cluster, double edge_m) {
@@ -22,15 +24,15 @@ std::optional<SurfacePatch> PatchOf(const PointCluster& cluster, double edge_m) 
                       normal.dot(cluster.mean) > 0.0 ? Eigen::Vector3d(-normal) : normal, sigma};
 }
 
-std::optional<SurfacePatch> FindPatch(const StationModel& model, const NeighborSearch& search,
+std::optional<SurfacePatch> FindPatch(const StationModel& model, const CloudIndex& index,
                                       std::size_t leaf) {
   constexpr double kRadius = 2.0;  // edges
-  PointCluster cluster;
+  ClusterSum sum;
   const double radius_m = kRadius * model.resolution_m();
-  for (const auto& neighbor : search.Within(model.leaves[leaf].cluster.mean, radius_m)) {
-    cluster += model.leaves[neighbor.index].cluster;
-  }
-  return PatchOf(cluster, model.resolution_m());
+  index.voxels.VisitWithin(
+      index.means, index.means[leaf], radius_m,
+      [&](std::uint32_t near, double) { sum.Add(model.leaves[near].cluster); });
+  return PatchOf(sum.Sum(), model.resolution_m());
 }
 
 }  // namespace backsight

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <optional>
 
-#include "core/neighbors.h"
+#include "stages/cloud_agreement.h"
 #include "stages/station_model.h"
 
 namespace backsight {
@@ -22,8 +22,8 @@ struct SurfacePatch {
 std::optional<SurfacePatch> PatchOf(const PointCluster& cluster, double edge_m);
 
 /// The plane of all voxels whose means lie within two edges of the leaf's: sparse scans have too
-/// few points in one voxel. `search`: among the means of the model's leaves. About 5 us.
-std::optional<SurfacePatch> FindPatch(const StationModel& model, const NeighborSearch& search,
+/// few points in one voxel. `index`: of the model. About 2 us.
+std::optional<SurfacePatch> FindPatch(const StationModel& model, const CloudIndex& index,
                                       std::size_t leaf);
 
 }  // namespace backsight

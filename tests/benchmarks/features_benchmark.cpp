@@ -9,9 +9,10 @@
 #include <string>
 #include <vector>
 
+#include "core/voxel_shards.h"
+#include "io/scan_reader.h"
 #include "stages/features.h"
 #include "stages/fpfh.h"
-#include "stages/ingest.h"
 #include "stages/leaf_grid.h"
 #include "stages/normal_orientation.h"
 #include "stages/normals.h"
@@ -32,8 +33,9 @@ constexpr double kCellEdge = 4.0 * kResolution;  // as ComputeFeatures takes it
 
 struct Cloud {
   std::string name;
-  StationModel model;
+  std::vector<Eigen::Vector3d> points;
   int pcl_runs = 3;
+  StationModel model = MakeStation(points, kResolution);
 };
 
 enum class Clock { kProcessor, kWall };
@@ -57,7 +59,8 @@ double Milliseconds(int runs, Clock clock, const std::function<void()>& body) {
 }
 
 struct StepTimes {
-  double sorting = 0.0, normals = 0.0, orientation = 0.0, iss = 0.0, fpfh = 0.0, all = 0.0;
+  double gathering = 0.0, sorting = 0.0, normals = 0.0, orientation = 0.0, iss = 0.0, fpfh = 0.0,
+         all = 0.0;
 };
 
 /// Radii as ComputeFeatures takes them by default.
@@ -65,6 +68,29 @@ IssParameters DefaultIss() {
   return {.salient_radius_m = 6.0 * kResolution,
           .non_max_radius_m = 4.0 * kResolution,
           .keypoints = FeatureOptions().keypoints};
+}
+
+/// Count, mean and scatter matrix of the points in every voxel, as scans are read: chunk by chunk.
+std::vector<VoxelLeaf> Gather(std::span<const Eigen::Vector3d> points,
+                              const ExecutionContext& context) {
+  constexpr std::size_t kChunk = 65536;
+  const VoxelLattice lattice{.edge_m = kResolution};
+  VoxelShards shards(lattice);
+  std::vector<VoxelShards::Batch> batches(context.StreamSlots());
+  std::vector<std::span<const Eigen::Vector3d>> chunks(batches.size());
+  const auto read = [&](std::size_t slot) {
+    chunks[slot] = points.first(std::min(points.size(), kChunk));
+    points = points.subspan(chunks[slot].size());
+    return !chunks[slot].empty();
+  };
+  const auto place = [&](std::size_t slot) {
+    batches[slot].Clear();
+    for (const Eigen::Vector3d& point : chunks[slot]) batches[slot].Add(lattice, point);
+    batches[slot].Sort();
+  };
+  context.Stream(batches.size(), read, place,
+                 [&](std::size_t slot) { shards.Add(batches[slot], context); });
+  return shards.Finish();
 }
 
 StepTimes TimeOurs(const Cloud& cloud, int threads) {
@@ -76,6 +102,7 @@ StepTimes TimeOurs(const Cloud& cloud, int threads) {
   std::vector<Eigen::Vector3f> normals;
   std::vector<std::uint32_t> keypoints;
   StepTimes times;
+  times.gathering = Milliseconds(kRuns, clock, [&] { Gather(cloud.points, context); });
   times.sorting = Milliseconds(kRuns, clock, [&] { LeafGrid(points, kCellEdge); });
   times.normals = Milliseconds(
       kRuns, clock, [&] { normals = EstimateNormals(grid, 3.0 * kResolution, context); });
@@ -93,6 +120,7 @@ struct PclResult {
   StepTimes times;
   std::size_t keypoints = 0;
   bool same_keypoints = false;
+  std::size_t voxels = 0;
   double fpfh_difference = 0.0;
 };
 
@@ -113,6 +141,9 @@ PclResult TimePcl(const Cloud& cloud) {
   std::vector<std::uint32_t> keypoints;
   std::vector<FpfhDescriptor> descriptors;
   StepTimes& times = result.times;
+  const auto voxel_grid = PclVoxelGrid(cloud.points, kResolution);
+  times.gathering =
+      Milliseconds(cloud.pcl_runs, Clock::kProcessor, [&] { result.voxels = voxel_grid().size(); });
   times.normals = Milliseconds(cloud.pcl_runs, Clock::kProcessor,
                                [&] { PclNormals(points, 3.0 * kResolution); });
   times.iss = Milliseconds(cloud.pcl_runs, Clock::kProcessor,
@@ -144,14 +175,16 @@ void Compare(const Cloud& cloud) {
              fmt::format("{} threads,", ExecutionContext(0).threads()), "PCL,", "factor,");
   fmt::print("  {:22} {:>10} {:>10} {:>12} {:>10} {:>8}\n", "step", "ms", "voxels/s", "ms", "ms",
              "1 thread");
+  PrintRow("points into voxels", voxels, one.gathering, all.gathering, pcl.times.gathering);
   PrintRow("sorting into cells", voxels, one.sorting, all.sorting, 0.0);
   PrintRow("normals", voxels, one.normals, all.normals, pcl.times.normals);
   PrintRow("orientation of normals", voxels, one.orientation, all.orientation, 0.0);
   PrintRow("ISS key points", voxels, one.iss, all.iss, pcl.times.iss);
   PrintRow("FPFH", voxels, one.fpfh, all.fpfh, pcl.times.fpfh);
   PrintRow("all", voxels, one.all, all.all, pcl.times.all);
-  fmt::print("  key points {} PCL's, median relative difference of FPFH {:.1e}\n\n",
-             pcl.same_keypoints ? "identical to" : "DIFFER from", pcl.fpfh_difference);
+  fmt::print("  PCL finds {} voxels; key points {} PCL's, ", pcl.voxels,
+             pcl.same_keypoints ? "identical to" : "DIFFER from");
+  fmt::print("median relative difference of FPFH {:.1e}\n\n", pcl.fpfh_difference);
   std::fflush(stdout);
 }
 
@@ -164,17 +197,23 @@ void CompareEth() {
     return;
   }
   const auto reader = OpenScan(path);
-  const IngestOptions options{.resolution_m = kResolution};
-  Compare({"eth", IngestScan("s1", *reader, {}, options, ExecutionContext(0)).model});
+  std::vector<Eigen::Vector3d> points;
+  PointChunk chunk;
+  while (reader->Next(chunk)) {
+    for (std::size_t i = 0; i < chunk.size(); ++i) {
+      points.emplace_back(chunk.x[i], chunk.y[i], chunk.z[i]);
+    }
+  }
+  Compare({"eth", std::move(points)});
 }
 
 void Run(const std::vector<std::string>& names) {
   const auto wanted = [&](const char* name) {
     return names.empty() || std::find(names.begin(), names.end(), name) != names.end();
   };
-  if (wanted("yard")) Compare({"yard", MakeYardStation(7, 4.0)});
+  if (wanted("yard")) Compare({"yard", ScanYard(7, 4.0)});
   if (wanted("eth")) CompareEth();
-  if (wanted("street")) Compare({"street", MakeStreetStation(ExecutionContext(0)), 1});
+  if (wanted("street")) Compare({"street", ScanStreet(ExecutionContext(0)), 1});
 }
 
 }  // namespace

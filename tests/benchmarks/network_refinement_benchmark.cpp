@@ -2,23 +2,26 @@
 #include <sys/resource.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <numbers>
 
 #include "core/random.h"
+#include "graph/planar_adjustment.h"
 #include "stages/network_refinement.h"
+#include "tests/benchmarks/ceres_planes.h"
 #include "tests/support/synthetic_network.h"
 
-// Planar adjustment over 200 stations of a synthetic town with more than 100,000 planes:
-//   network_refinement_benchmark [THREADS]
+// Planar adjustment over the stations of a synthetic town, by default 200 with more than 100,000
+// planes; then, of the planes as the start poses show them, PA-AA and Ceres with automatic
+// differentiation to the least of the same cost:
+//   network_refinement_benchmark [THREADS [ROWS COLUMNS]]
 
 namespace backsight {
 namespace {
 
-constexpr int kRows = 10;
-constexpr int kColumns = 20;
 constexpr double kSpacing = 14.0;  // m, between stations and between walls
 constexpr double kReach = 13.0;    // m, how far a station sees
 constexpr double kHeight = 8.0;    // m, of the walls
@@ -59,10 +62,10 @@ StationModel Measure(Random& random, const RigidTransform& survey_from_station) 
   return model;
 }
 
-std::vector<RigidTransform> PlaceStations(Random& random) {
+std::vector<RigidTransform> PlaceStations(Random& random, int rows, int columns) {
   std::vector<RigidTransform> poses;
-  for (int row = 0; row < kRows; ++row) {
-    for (int column = 0; column < kColumns; ++column) {
+  for (int row = 0; row < rows; ++row) {
+    for (int column = 0; column < columns; ++column) {
       const bool datum = poses.empty();
       const Eigen::Vector3d position(kSpacing * column + (datum ? 0.0 : random.Uniform(-2.0, 2.0)),
                                      kSpacing * row + (datum ? 0.0 : random.Uniform(-2.0, 2.0)),
@@ -104,10 +107,47 @@ double MeanDistance(const std::vector<RigidTransform>& a, const std::vector<Rigi
   return sum / static_cast<double>(a.size() - 1);
 }
 
-void Run(int threads) {
+double SecondsSince(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// The planes of all stations at the start poses, one weight for all.
+void CompareWithCeres(const NetworkRefinementInput& input, const ExecutionContext& context) {
+  std::vector<ClusterList> clusters;
+  for (const StationModel* model : input.stations) clusters.emplace_back(model->leaves);
+  std::vector<WeightedPlane> planes;
+  std::size_t observations = 0;
+  for (PlaneAssociation& plane :
+       FindPlanes(clusters, input.survey_from_station, PlaneSearchOptions{}, &context)) {
+    observations += plane.observations.size();
+    planes.push_back({std::move(plane.observations), 1.0 / (kNoise * kNoise)});
+  }
+  const PlanarAdjustmentOptions options;
+  auto start = std::chrono::steady_clock::now();
+  const PlanarAdjustmentResult ours =
+      AdjustPlanes({planes, {}, &context}, input.survey_from_station, 0, options);
+  const double our_seconds = SecondsSince(start);
+  start = std::chrono::steady_clock::now();
+  const CeresPlanesResult theirs = AdjustPlanesWithCeres(
+      planes, input.survey_from_station, 0, options.relative_decrease, context.threads());
+  const double their_seconds = SecondsSince(start);
+  double apart_m = 0.0;
+  for (std::size_t s = 0; s < ours.poses.size(); ++s) {
+    apart_m = std::max(apart_m, (ours.poses[s].translation - theirs.poses[s].translation).norm());
+  }
+  fmt::print("planes {} observations {}\n", planes.size(), observations);
+  fmt::print("PA-AA: {:.2f} s, {} steps ({} by Anderson), cost {:.6g} -> {:.6g}\n", our_seconds,
+             ours.iterations, ours.anderson_accepted, ours.start_cost, ours.final_cost);
+  fmt::print("Ceres: {:.2f} s, {} steps, cost {:.6g}, {}converged\n", their_seconds,
+             theirs.iterations, theirs.final_cost, theirs.converged ? "" : "not ");
+  fmt::print("Ceres / PA-AA: {:.1f}; stations apart by at most {:.4f} mm\n",
+             their_seconds / our_seconds, 1e3 * apart_m);
+}
+
+void Run(int threads, int rows, int columns) {
   const ExecutionContext context(threads);
   Random random(1);
-  const std::vector<RigidTransform> truth = PlaceStations(random);
+  const std::vector<RigidTransform> truth = PlaceStations(random, rows, columns);
   std::vector<StationModel> models;
   std::size_t voxels = 0;
   for (const RigidTransform& pose : truth) {
@@ -126,7 +166,7 @@ void Run(int threads) {
 
   const auto start = std::chrono::steady_clock::now();
   const NetworkRefinementResult result = RefineNetwork(input, {}, context);
-  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+  const double seconds = SecondsSince(start);
   for (const RefinementRound& round : result.rounds) {
     fmt::print(
         "planes {} observations {} iterations {} anderson {} start {} cost {:.6g} -> {:.6g} "
@@ -134,15 +174,15 @@ void Run(int threads) {
         round.planes, round.observations, round.iterations, round.anderson_accepted,
         round.anderson_start, round.cost_before, round.cost_after, 1e3 * round.largest_move_m);
   }
-  const auto rows = static_cast<Eigen::Index>(6 * (truth.size() - 1));
-  Eigen::VectorXd error(rows);
+  const auto unknowns = static_cast<Eigen::Index>(6 * (truth.size() - 1));
+  Eigen::VectorXd error(unknowns);
   for (std::size_t s = 1; s < truth.size(); ++s) {
     error.segment<6>(static_cast<Eigen::Index>(6 * (s - 1))) =
         LocalDifference(result.survey_from_station[s], truth[s]);
   }
   const double nees =
-      error.dot(result.covariance.bottomRightCorner(rows, rows).llt().solve(error)) /
-      static_cast<double>(rows);
+      error.dot(result.covariance.bottomRightCorner(unknowns, unknowns).llt().solve(error)) /
+      static_cast<double>(unknowns);
   fmt::print(
       "status {} agreement {:.3f} variance factor {:.3f} (blocks {:.1f} m) weakest {:.2f} mm "
       "at station {}\n",
@@ -151,13 +191,18 @@ void Run(int threads) {
   fmt::print("mean TE {:.3f} -> {:.3f} mm NEES/dof {:.3f}\n",
              1e3 * MeanDistance(input.survey_from_station, truth),
              1e3 * MeanDistance(result.survey_from_station, truth), nees);
-  fmt::print("{:.1f} s, peak memory {:.0f} MB\n", seconds.count(), PeakMemoryMb());
+  fmt::print("{:.1f} s, peak memory {:.0f} MB\n", seconds, PeakMemoryMb());
+  std::fflush(stdout);
+  CompareWithCeres(input, context);
 }
 
 }  // namespace
 }  // namespace backsight
 
 int main(int argc, char** argv) {
-  backsight::Run(argc > 1 ? std::atoi(argv[1]) : 1);
+  const auto argument = [&](int i, int otherwise) {
+    return argc > i ? std::atoi(argv[i]) : otherwise;
+  };
+  backsight::Run(argument(1, 1), argument(2, 10), argument(3, 20));
   return 0;
 }

@@ -141,5 +141,52 @@ TEST(RangeImage, PixelsAreThoseOfTheArcTangent) {
   EXPECT_EQ(image.Measured(), farthest.size());
 }
 
+/// Three rows, and in each as many columns as make up a pixel's angle, one by one.
+RangeImage::Window ReferenceWindow(const RangeImage& image, const Eigen::Vector3d& point) {
+  const auto range = static_cast<float>(point.norm());
+  const auto [row, column] = image.PixelOf(point);
+  RangeImage::Window window;
+  bool any = false;
+  for (int r = std::max(row - 1, 0); r <= std::min(row + 1, image.rows() - 1); ++r) {
+    const double polar = pi * (r + 0.5) / image.rows();
+    const int reach =
+        std::min(static_cast<int>(std::lround(1.0 / std::sin(polar))), image.columns() / 2 - 1);
+    for (int step = -reach; step <= reach; ++step) {
+      const double azimuth = 2.0 * pi * (column + step + 0.5) / image.columns() - pi;
+      const RangeImage::Pixel& pixel =
+          image.At(Direction(azimuth * 180.0 / pi, polar * 180.0 / pi));
+      if (pixel.max_m == 0.0F) continue;
+      const float gap = std::min(std::abs(pixel.min_m - range), std::abs(pixel.max_m - range));
+      window.nearest_m = any ? std::min(window.nearest_m, pixel.min_m) : pixel.min_m;
+      window.gap_m = any ? std::min(window.gap_m, gap) : gap;
+      window.farthest_m = std::max(window.farthest_m, pixel.max_m);
+      any = true;
+    }
+  }
+  if (any) window.middle = image.At(point);
+  return window;
+}
+
+TEST(RangeImage, WindowsHoldThePixelsAroundADirection) {
+  Random random(6);
+  for (const double pixel_deg : {2.0, 9.0, 60.0}) {
+    RangeImage image(Eigen::Vector3d::Zero(), pixel_deg);
+    // About a quarter of the pixels, some of them with two ranges.
+    for (int i = 0; i < image.rows() * image.columns() / 4; ++i) {
+      image.Add(random.Uniform(1.0, 20.0) * random.Rotation().col(0));
+    }
+    for (int i = 0; i < 3000; ++i) {
+      const Eigen::Vector3d point = random.Uniform(1.0, 20.0) * random.Rotation().col(0);
+      const RangeImage::Window window = image.Around(point);
+      const RangeImage::Window expected = ReferenceWindow(image, point);
+      ASSERT_EQ(window.nearest_m, expected.nearest_m);
+      ASSERT_EQ(window.farthest_m, expected.farthest_m);
+      ASSERT_EQ(window.gap_m, expected.gap_m);
+      ASSERT_EQ(window.middle.max_m, expected.middle.max_m);
+      ASSERT_EQ(window.middle.min_m, expected.middle.min_m);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace backsight

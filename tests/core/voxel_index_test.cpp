@@ -86,12 +86,40 @@ TEST(VoxelIndex, NearestEqualsTheSearchTree) {
       const double radius = random.Uniform(0.02, 0.45);
       const auto expected = tree.Nearest(query, 2);
       const auto nearest = index.Nearest(cloud.points, query, radius);
+      const auto alone = index.NearestVoxel(cloud.points, query, radius);
       ASSERT_EQ(nearest.has_value(), expected[0].distance_m <= radius);
+      ASSERT_EQ(alone.has_value(), nearest.has_value());
       if (!nearest) continue;
       EXPECT_EQ(nearest->voxel, expected[0].index);
+      EXPECT_EQ(*alone, expected[0].index);
       EXPECT_DOUBLE_EQ(std::sqrt(nearest->squared_m2), expected[0].distance_m);
       EXPECT_DOUBLE_EQ(std::sqrt(nearest->others_squared_m2),
                        std::min(expected[1].distance_m, radius));
+    }
+  }
+}
+
+TEST(VoxelIndex, WithinEqualsTheSearchTree) {
+  const Cloud cloud = MakeCloud(20, 4000);
+  const VoxelIndex index(cloud.lattice, cloud.keys);
+  const NeighborSearch tree(cloud.points);
+  Random random(21);
+  for (int i = 0; i < 2000; ++i) {
+    const Eigen::Vector3d query(random.Uniform(-2.5, 2.5), random.Uniform(-2.5, 2.5),
+                                random.Uniform(-1.5, 1.5));
+    const double radius = i % 10 == 0 ? random.Uniform(0.5, 3.0) : random.Uniform(0.0, 0.4);
+    std::vector<NeighborSearch::Neighbor> found;
+    index.VisitWithin(cloud.points, query, radius, [&](std::uint32_t voxel, double squared_m2) {
+      found.push_back({voxel, std::sqrt(squared_m2)});
+    });
+    auto expected = tree.Within(query, radius);
+    const auto by_index = [](const auto& a, const auto& b) { return a.index < b.index; };
+    std::sort(found.begin(), found.end(), by_index);
+    std::sort(expected.begin(), expected.end(), by_index);
+    ASSERT_EQ(found.size(), expected.size());
+    for (std::size_t k = 0; k < found.size(); ++k) {
+      EXPECT_EQ(found[k].index, expected[k].index);
+      EXPECT_EQ(found[k].distance_m, expected[k].distance_m);
     }
   }
 }
@@ -112,6 +140,7 @@ TEST(VoxelIndex, MayBeEmptyAndIsAskedAnywhere) {
   EXPECT_FALSE(empty.Find({0, 0, 0}).has_value());
   EXPECT_FALSE(empty.Nearest({}, Eigen::Vector3d::Zero(), 1.0).has_value());
   EXPECT_FALSE(empty.Nearest({}, Eigen::Vector3d::Constant(1e9), 1.0).has_value());
+  empty.VisitWithin({}, Eigen::Vector3d::Zero(), 1.0, [](std::uint32_t, double) { FAIL(); });
   empty.VisitAround(Eigen::Vector3d::Constant(-1e9), [](std::uint32_t) { FAIL(); });
 }
 

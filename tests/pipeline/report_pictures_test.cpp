@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -143,6 +144,35 @@ TEST(DrawSections, TellTenStationsApartAndCallTheRestOthers) {
     EXPECT_EQ(pictures[0].keys.size(), count == 10 ? 10U : 11U);
     EXPECT_EQ(colours.size(), pictures[0].keys.size());
     EXPECT_EQ(pictures[0].keys.back().label, count == 10 ? "S9" : "3 others");
+  }
+}
+
+TEST(DrawSections, AreTheSameOnAnyThreadsInTheOrderOfTheSections) {
+  const std::vector<Station> stations = {Floor(0.1, 4.0, 2.0), Floor(0.07, 3.0, 3.0)};
+  const std::vector<DistanceSample> samples = TurnedWalls(0.001);
+  std::vector<NamedSection> sections = ChooseSections(kExtent, samples);
+  for (NamedSection& section : sections) section.section.thickness_m = 5.0;
+  sections.push_back(*ChooseWorst(kExtent, samples));
+  const auto once = DrawSections(Place(stations), sections, ExecutionContext(1));
+  const auto again = DrawSections(Place(stations), sections, ExecutionContext(3));
+  ASSERT_GE(once.size(), sections.size());
+  ASSERT_EQ(once.size(), again.size());
+  for (std::size_t i = 0; i < once.size(); ++i) {
+    EXPECT_EQ(once[i].title, again[i].title);
+    EXPECT_EQ(once[i].png_base64, again[i].png_base64);
+  }
+}
+
+TEST(MiddleOf, EqualsThatOfSortedValues) {
+  Random random(4);
+  for (const std::size_t count : {1U, 2U, 99U, 100U, 101U, 5000U}) {
+    std::vector<double> values;
+    for (std::size_t i = 0; i < count; ++i) values.push_back(random.Normal());
+    std::vector<double> sorted = values;
+    std::sort(sorted.begin(), sorted.end());
+    const auto [low, high] = MiddleOf(values);
+    EXPECT_EQ(low, sorted[count / 100]);
+    EXPECT_EQ(high, sorted[count - 1 - count / 100]);
   }
 }
 

@@ -24,18 +24,19 @@ struct Patch {
   Eigen::Vector3d normal;
 };
 
-/// Spheres of 1 m about the world's origin with a patch in every voxel or so.
+/// Spheres about the world's origin, with patches so far apart that each has a voxel of its own.
 std::vector<Patch> Spheres() {
   std::vector<Patch> patches;
   for (const Eigen::Vector3d& center :
        {Eigen::Vector3d(6.0, 0.0, 0.5), {-2.0, 5.0, -1.0}, {-3.0, -5.0, 1.0}, {1.0, 1.0, 4.0}}) {
     constexpr int kPatches = 700;
+    constexpr double kRadius = 2.0;  // m
     for (int i = 0; i < kPatches; ++i) {
       const double z = 1.0 - (2.0 * i + 1.0) / kPatches;
       const double azimuth = i * std::numbers::pi * (3.0 - std::sqrt(5.0));
       const double radius = std::sqrt(1.0 - z * z);
       const Eigen::Vector3d normal(radius * std::cos(azimuth), radius * std::sin(azimuth), z);
-      patches.push_back({center + normal, normal});
+      patches.push_back({center + kRadius * normal, normal});
     }
   }
   return patches;
@@ -54,6 +55,7 @@ struct TwoStations {
         leaf.cluster.count = 1.0;
         leaf.cluster.mean =
             station_from_survey * (patch.point + noise_m * random.Normal() * patch.normal);
+        leaf.key = models[s].lattice.Key(leaf.cluster.mean);
         models[s].leaves.push_back(leaf);
         normals[s].push_back((station_from_survey.rotation * patch.normal).cast<float>());
       }

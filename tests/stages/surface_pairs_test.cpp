@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 #include <cmath>
 
+#include "core/neighbors.h"
 #include "tests/support/hall_scene.h"
 #include "tests/support/instruction_sets.h"
 
@@ -21,13 +22,14 @@ struct Reference {
 Reference SumOneByOne(const HallStation& source, const HallStation& target, std::size_t stride,
                       const RigidTransform& motion, const SurfacePairRule& rule) {
   Reference sums;
+  const NeighborSearch search(target.index.means);
   const double less = rule.along_variance - rule.across_variance;
   for (std::size_t i = 0; i < source.model.leaves.size(); i += stride) {
     if (!source.features.normals[i].allFinite()) continue;
     const Eigen::Vector3d moved = motion * source.model.leaves[i].cluster.mean;
     std::size_t nearest = 0;
     double distance_m = std::numeric_limits<double>::infinity();
-    for (const auto& found : target.index.search.Nearest(moved, 1)) {
+    for (const auto& found : search.Nearest(moved, 1)) {
       nearest = found.index;
       distance_m = found.distance_m;
     }

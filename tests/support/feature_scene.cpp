@@ -86,8 +86,12 @@ class YardScanner {
 
 }  // namespace
 
+std::vector<Eigen::Vector3d> ScanYard(std::uint64_t seed, double size) {
+  return YardScanner(seed, size).Scan();
+}
+
 StationModel MakeYardStation(std::uint64_t seed, double size) {
-  return MakeStation(YardScanner(seed, size).Scan(), kResolution);
+  return MakeStation(ScanYard(seed, size), kResolution);
 }
 
 StationModel MakeStation(std::span<const Eigen::Vector3d> points, double resolution_m) {

@@ -13,6 +13,8 @@ namespace backsight {
 /// only what faces the scanner is measured. `size` scales the number of voxels: 1 gives some 15,000
 /// at the resolution of 0.1 m. Drawn from `seed`.
 StationModel MakeYardStation(std::uint64_t seed, double size = 1.0);
+/// Its points.
+std::vector<Eigen::Vector3d> ScanYard(std::uint64_t seed, double size = 1.0);
 
 /// The station whose voxels hold these points, scanner at the origin and not vouched for.
 StationModel MakeStation(std::span<const Eigen::Vector3d> points, double resolution_m);

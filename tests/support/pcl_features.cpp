@@ -2,6 +2,7 @@
 
 #include <pcl/features/fpfh.h>
 #include <pcl/features/normal_3d.h>
+#include <pcl/filters/voxel_grid.h>
 #include <pcl/keypoints/iss_3d.h>
 #include <pcl/point_types.h>
 #include <pcl/search/kdtree.h>
@@ -21,6 +22,25 @@ Cloud::Ptr MakeCloud(std::span<const Eigen::Vector3f> points) {
 }
 
 }  // namespace
+
+std::function<std::vector<Eigen::Vector3f>()> PclVoxelGrid(std::span<const Eigen::Vector3d> points,
+                                                           double edge_m) {
+  auto cloud = std::make_shared<Cloud>();
+  for (const Eigen::Vector3d& point : points) {
+    const Eigen::Vector3f p = point.cast<float>();
+    cloud->push_back({p.x(), p.y(), p.z()});
+  }
+  return [cloud, edge = static_cast<float>(edge_m)] {
+    pcl::VoxelGrid<pcl::PointXYZ> grid;
+    grid.setInputCloud(cloud);
+    grid.setLeafSize(edge, edge, edge);
+    Cloud thinned;
+    grid.filter(thinned);
+    std::vector<Eigen::Vector3f> means;
+    for (const pcl::PointXYZ& p : thinned) means.emplace_back(p.x, p.y, p.z);
+    return means;
+  };
+}
 
 std::vector<Eigen::Vector3f> PclNormals(std::span<const Eigen::Vector3f> points, double radius_m) {
   pcl::PointCloud<pcl::Normal> estimated;

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -11,6 +12,12 @@
 namespace backsight {
 
 /// PCL's implementations behind our types: the reference that ours are compared with.
+
+/// Returns the means of the points in the voxels of an edge as VoxelGrid finds them; the points are
+/// PCL's before.
+std::function<std::vector<Eigen::Vector3f>()> PclVoxelGrid(std::span<const Eigen::Vector3d> points,
+                                                           double edge_m);
+
 std::vector<Eigen::Vector3f> PclNormals(std::span<const Eigen::Vector3f> points, double radius_m);
 
 /// Key points for parameters.non_max_radius_m as it stands, ascending.

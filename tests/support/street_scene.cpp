@@ -34,19 +34,15 @@ Scene Street() {
 
 }  // namespace
 
-StationModel MakeStreetStation(const ExecutionContext& context) {
+std::vector<Eigen::Vector3d> ScanStreet(const ExecutionContext& context) {
   const StationScan scan = SimulateStation(PrepareCampaign(Street()), 0, context);
-  StationModel model;
-  model.id = "street";
-  model.lattice.edge_m = 0.1;
-  VoxelClusterer clusterer(model.lattice);
+  std::vector<Eigen::Vector3d> points;
+  points.reserve(scan.returns);
   for (std::size_t i = 0; i < scan.grid.size(); ++i) {
     const Eigen::Vector3d point(scan.grid.x[i], scan.grid.y[i], scan.grid.z[i]);
-    if (!point.isZero()) clusterer.Add(point);
+    if (!point.isZero()) points.push_back(point);
   }
-  model.leaves = clusterer.Finish();
-  model.points = scan.returns;
-  return model;
+  return points;
 }
 
 }  // namespace backsight

@@ -1,12 +1,14 @@
 #pragma once
 
+#include <Eigen/Core>
+#include <vector>
+
 #include "core/execution.h"
-#include "stages/station_model.h"
 
 namespace backsight {
 
-/// A station in the middle of a street of houses, trees, parked cars and lamps, simulated with some
-/// 10 million points and voxels of 0.1 m. Takes about half a minute.
-StationModel MakeStreetStation(const ExecutionContext& context);
+/// The points, some 10 million, that a scanner at the origin measures in the middle of a street of
+/// houses, trees, parked cars and lamps. Takes about half a minute.
+std::vector<Eigen::Vector3d> ScanStreet(const ExecutionContext& context);
 
 }  // namespace backsight
