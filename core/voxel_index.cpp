@@ -21,14 +21,6 @@ Place PlaceOf(std::uint64_t key, std::size_t voxel) {
           static_cast<std::uint32_t>(voxel)};
 }
 
-/// std::popcount is a call where the processor's own instruction is not presumed.
-std::uint32_t CountBits(std::uint64_t bits) {
-  bits -= bits >> 1U & 0x5555555555555555U;
-  bits = (bits & 0x3333333333333333U) + (bits >> 2U & 0x3333333333333333U);
-  bits = (bits + (bits >> 4U)) & 0x0F0F0F0F0F0F0F0FU;
-  return static_cast<std::uint32_t>(bits * 0x0101010101010101U >> 56U);
-}
-
 /// The step to the brick beyond a face: below and above along x, y and z.
 Eigen::Vector3i Beyond(int face) {
   const Eigen::Vector3i step = Eigen::Vector3i::Unit(face / 2);

@@ -75,6 +75,7 @@ struct VerificationResult {
   RatioEstimate quality;  ///< both directions: mean fit of the voxels that could fit
   int consensus = 0;
   int consensus_null = 0;
+  double apart_m = 0.0;   ///< between the scanners under this motion
   double shift_l = 0.0;   ///< from the start to the refined motion at the overlap, in l
   double turn_rad = 0.0;  ///< likewise
   double weakest_sigma_m = 0.0;

@@ -32,8 +32,8 @@ template <class Archive>
 void Transfer(Archive& archive, VerificationResult& result) {
   archive(result.verdict, result.reason, result.sighted, result.overlap, result.source_in_target,
           result.target_in_source, result.conflict, result.quality, result.consensus,
-          result.consensus_null, result.shift_l, result.turn_rad, result.weakest_sigma_m,
-          result.eigenvalue_ratio);
+          result.consensus_null, result.apart_m, result.shift_l, result.turn_rad,
+          result.weakest_sigma_m, result.eigenvalue_ratio);
 }
 
 template <class Archive>
