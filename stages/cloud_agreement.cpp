@@ -215,9 +215,9 @@ Sight LookAt(const StationModel& viewer, const RangeImage::Window& window,
   constexpr double kLeastSine = 0.05;
   constexpr double kMost = 1.0;  // m
   const bool is_surface = normal.allFinite();
-  const double sine =
-      is_surface ? std::max(std::abs(normal.cast<double>().dot(point)) / range, kLeastSine)
-                 : kLeastSine;
+  const double sine = is_surface
+                          ? std::max(std::abs(normal.cast<double>().dot(point)) / range, kLeastSine)
+                          : kLeastSine;
   const double varies = tolerance.voxels * viewer.resolution_m() + spread / sine;
   const double slack = std::min(varies, kMost);
   if (window.gap_m <= slack) return Sight::kAgrees;
