@@ -83,6 +83,7 @@ std::vector<int> CountParallels(std::span<const PoseGraphLink> between,
     }
   }
   std::vector<int> count;
+  count.reserve(agreeing.size());
   for (const auto& pairs : agreeing) count.push_back(static_cast<int>(pairs.size()));
   return count;
 }
