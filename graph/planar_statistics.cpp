@@ -15,34 +15,6 @@ struct BlockSums {
   double expected = 0.0;
 };
 
-/// A station whose responses are looked at.
-struct Witness {
-  int station = 0;
-  Matrix6d from_perturbation;  ///< to turn and shift of the instrument
-  double turn_variance = 1.0;
-  double shift_variance = 1.0;
-};
-
-std::vector<Witness> ChooseWitnesses(std::span<const RigidTransform> poses,
-                                     const Eigen::MatrixXd& covariance) {
-  constexpr std::size_t kMost = 24;
-  const std::size_t stride = poses.size() / kMost + 1;
-  std::vector<Witness> witnesses;
-  for (std::size_t s = 1; s < poses.size(); s += stride) {
-    Witness witness;
-    witness.station = static_cast<int>(s);
-    witness.from_perturbation.setIdentity();
-    witness.from_perturbation.bottomLeftCorner<3, 3>() = -Skew(poses[s].translation);
-    const auto row = static_cast<Eigen::Index>(6 * s);
-    const Matrix6d formal = witness.from_perturbation * covariance.block<6, 6>(row, row) *
-                            witness.from_perturbation.transpose();
-    witness.turn_variance = formal.topLeftCorner<3, 3>().trace();
-    witness.shift_variance = formal.bottomRightCorner<3, 3>().trace();
-    if (witness.turn_variance > 0.0 && witness.shift_variance > 0.0) witnesses.push_back(witness);
-  }
-  return witnesses;
-}
-
 /// Normal equations of a block, only of the stations that take part in it.
 class Block {
  public:
@@ -77,49 +49,19 @@ class Block {
   }
 
   BlockSums Sums(const Eigen::MatrixXd& covariance) const {
-    const Eigen::MatrixXd own = Own(covariance);
-    const Eigen::MatrixXd share = own * matrix_;
-    return {gradient_.dot(own * gradient_),
+    Eigen::MatrixXd local(matrix_.rows(), matrix_.cols());
+    for (std::size_t a = 0; a < stations_.size(); ++a) {
+      for (std::size_t b = 0; b < stations_.size(); ++b) {
+        local.block<6, 6>(static_cast<Eigen::Index>(6 * a), static_cast<Eigen::Index>(6 * b)) =
+            covariance.block<6, 6>(6 * stations_[a], 6 * stations_[b]);
+      }
+    }
+    const Eigen::MatrixXd share = local * matrix_;
+    return {gradient_.dot(local * gradient_),
             share.trace() - share.cwiseProduct(share.transpose()).sum()};
   }
 
-  ResponseScatter Responses(std::span<const Witness> witnesses,
-                            const Eigen::MatrixXd& covariance) const {
-    const Eigen::MatrixXd left = matrix_ - matrix_ * Own(covariance) * matrix_;
-    ResponseScatter sum;
-    for (const Witness& witness : witnesses) {
-      const Eigen::MatrixXd response =
-          witness.from_perturbation * Rows(witness.station, covariance);
-      const Vector6d found = response * gradient_;
-      const Matrix6d expected = response * left * response.transpose();
-      const Eigen::Vector3d turn = found.head<3>();
-      const Eigen::Vector3d shift = found.tail<3>();
-      sum.turn_found += turn * turn.transpose() / witness.turn_variance;
-      sum.turn_expected += expected.topLeftCorner<3, 3>() / witness.turn_variance;
-      sum.shift_found += shift * shift.transpose() / witness.shift_variance;
-      sum.shift_expected += expected.bottomRightCorner<3, 3>() / witness.shift_variance;
-    }
-    return sum;
-  }
-
  private:
-  /// Covariance between a station and those of the block, and among those of the block.
-  Eigen::MatrixXd Rows(int station, const Eigen::MatrixXd& covariance) const {
-    Eigen::MatrixXd rows(6, matrix_.cols());
-    for (std::size_t b = 0; b < stations_.size(); ++b) {
-      rows.middleCols<6>(static_cast<Eigen::Index>(6 * b)) =
-          covariance.block<6, 6>(6 * station, 6 * stations_[b]);
-    }
-    return rows;
-  }
-  Eigen::MatrixXd Own(const Eigen::MatrixXd& covariance) const {
-    Eigen::MatrixXd own(matrix_.rows(), matrix_.cols());
-    for (std::size_t a = 0; a < stations_.size(); ++a) {
-      own.middleRows<6>(static_cast<Eigen::Index>(6 * a)) = Rows(stations_[a], covariance);
-    }
-    return own;
-  }
-
   Eigen::Index RowOf(int station) const {
     return 6 * (std::lower_bound(stations_.begin(), stations_.end(), station) - stations_.begin());
   }
@@ -129,53 +71,29 @@ class Block {
   Eigen::MatrixXd matrix_;
 };
 
-/// Planes and scores gathered in blocks.
-class Blocks {
- public:
-  Blocks(std::span<const WeightedPlane> planes, std::span<const LinkScore> scores,
-         std::span<const std::uint64_t> block, std::span<const RigidTransform> poses)
-      : planes_(planes), scores_(scores), poses_(poses), order_(planes.size() + scores.size()) {
-    std::iota(order_.begin(), order_.end(), std::size_t{0});
-    std::stable_sort(order_.begin(), order_.end(),
-                     [&](std::size_t a, std::size_t b) { return block[a] < block[b]; });
-    for (std::size_t i = 0; i < order_.size(); ++i) {
-      if (i == 0 || block[order_[i]] != block[order_[i - 1]]) begins_.push_back(i);
+/// `members` below the number of planes are planes, the others scores.
+BlockSums SumBlock(std::span<const WeightedPlane> planes, std::span<const LinkScore> scores,
+                   std::span<const std::size_t> members, std::span<const RigidTransform> poses,
+                   const Eigen::MatrixXd& covariance) {
+  std::vector<int> stations;
+  for (const std::size_t k : members) {
+    if (k < planes.size()) {
+      for (const PlaneObservation& o : planes[k].observations) stations.push_back(o.station);
+    } else {
+      const LinkScore& score = scores[k - planes.size()];
+      stations.insert(stations.end(), {score.source, score.target});
     }
-    begins_.push_back(order_.size());
   }
-
-  std::size_t size() const { return begins_.size() - 1; }
-
-  Block Make(std::size_t b) const {
-    std::vector<int> stations;
-    for (std::size_t i = begins_[b]; i < begins_[b + 1]; ++i) {
-      const std::size_t k = order_[i];
-      if (k < planes_.size()) {
-        for (const PlaneObservation& o : planes_[k].observations) stations.push_back(o.station);
-      } else {
-        const LinkScore& score = scores_[k - planes_.size()];
-        stations.insert(stations.end(), {score.source, score.target});
-      }
+  Block block(std::move(stations));
+  for (const std::size_t k : members) {
+    if (k < planes.size()) {
+      block.Add(ComputePlaneTerms(planes[k], poses));
+    } else {
+      block.Add(scores[k - planes.size()]);
     }
-    Block block(std::move(stations));
-    for (std::size_t i = begins_[b]; i < begins_[b + 1]; ++i) {
-      const std::size_t k = order_[i];
-      if (k < planes_.size()) {
-        block.Add(ComputePlaneTerms(planes_[k], poses_));
-      } else {
-        block.Add(scores_[k - planes_.size()]);
-      }
-    }
-    return block;
   }
-
- private:
-  std::span<const WeightedPlane> planes_;
-  std::span<const LinkScore> scores_;
-  std::span<const RigidTransform> poses_;
-  std::vector<std::size_t> order_;   ///< planes, then scores, by block
-  std::vector<std::size_t> begins_;  ///< of each block in `order_`, and the end of the last
-};
+  return block.Sums(covariance);
+}
 
 }  // namespace
 
@@ -206,10 +124,21 @@ VarianceFactor EstimateVarianceFactor(std::span<const WeightedPlane> planes,
                                       std::span<const RigidTransform> poses,
                                       const Eigen::MatrixXd& covariance,
                                       const ExecutionContext& context) {
-  const Blocks blocks(planes, scores, block, poses);
-  std::vector<BlockSums> sums(blocks.size());
-  context.ParallelFor(sums.size(),
-                      [&](std::size_t b) { sums[b] = blocks.Make(b).Sums(covariance); });
+  std::vector<std::size_t> order(planes.size() + scores.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return block[a] < block[b]; });
+  std::vector<std::size_t> begins;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    if (i == 0 || block[order[i]] != block[order[i - 1]]) begins.push_back(i);
+  }
+  begins.push_back(order.size());
+
+  std::vector<BlockSums> sums(begins.size() - 1);
+  context.ParallelFor(sums.size(), [&](std::size_t b) {
+    const auto members = std::span(order).subspan(begins[b], begins[b + 1] - begins[b]);
+    sums[b] = SumBlock(planes, scores, members, poses, covariance);
+  });
   double pull = 0.0;
   double expected = 0.0;
   double squared = 0.0;
@@ -223,28 +152,6 @@ VarianceFactor EstimateVarianceFactor(std::span<const WeightedPlane> planes,
   result.factor = pull / expected;
   result.effective_blocks = expected * expected / squared;
   return result;
-}
-
-ResponseScatter EstimateResponseScatter(std::span<const WeightedPlane> planes,
-                                        std::span<const LinkScore> scores,
-                                        std::span<const std::uint64_t> block,
-                                        std::span<const RigidTransform> poses,
-                                        const Eigen::MatrixXd& covariance,
-                                        const ExecutionContext& context) {
-  const Blocks blocks(planes, scores, block, poses);
-  const std::vector<Witness> witnesses = ChooseWitnesses(poses, covariance);
-  std::vector<ResponseScatter> parts(blocks.size());
-  context.ParallelFor(parts.size(), [&](std::size_t b) {
-    parts[b] = blocks.Make(b).Responses(witnesses, covariance);
-  });
-  ResponseScatter sum;
-  for (const ResponseScatter& part : parts) {
-    sum.turn_found += part.turn_found;
-    sum.turn_expected += part.turn_expected;
-    sum.shift_found += part.shift_found;
-    sum.shift_expected += part.shift_expected;
-  }
-  return sum;
 }
 
 }  // namespace backsight

@@ -51,24 +51,4 @@ VarianceFactor EstimateVarianceFactor(std::span<const WeightedPlane> planes,
                                       const Eigen::MatrixXd& covariance,
                                       const ExecutionContext& context);
 
-/// How the poses respond to the blocks' pulls, and how they should: 3 x 3 in the survey frame, of
-/// turns and of the instruments' shifts, each station's part over its formal variance.
-struct ResponseScatter {
-  Eigen::Matrix3d turn_found = Eigen::Matrix3d::Zero();
-  Eigen::Matrix3d turn_expected = Eigen::Matrix3d::Zero();
-  Eigen::Matrix3d shift_found = Eigen::Matrix3d::Zero();
-  Eigen::Matrix3d shift_expected = Eigen::Matrix3d::Zero();
-};
-
-/// EstimateVarianceFactor direction by direction: the sums over blocks of v_b v_b^T, with
-/// v_b = C g_b the response of the poses to a block's pull, and of its expectation
-/// C (G_b - G_b C G_b) C where weights are honest and blocks independent. Looked at in at most 24
-/// stations, evenly chosen.
-ResponseScatter EstimateResponseScatter(std::span<const WeightedPlane> planes,
-                                        std::span<const LinkScore> scores,
-                                        std::span<const std::uint64_t> block,
-                                        std::span<const RigidTransform> poses,
-                                        const Eigen::MatrixXd& covariance,
-                                        const ExecutionContext& context);
-
 }  // namespace backsight

@@ -1,8 +1,6 @@
 #include "stages/network_precision.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -28,37 +26,12 @@ void ChooseVarianceFactor(const PrecisionInput& input, const Eigen::MatrixXd& fo
     if (estimate.factor > best) {
       best = estimate.factor;
       precision->block_m = edge;
-      precision->blocks = estimate.effective_blocks;
     }
   }
   // Noise-free data: the covariance must stay invertible.
   constexpr double kSmallestFactor = 1e-6;
-  precision->block_factor = best;
   precision->variance_factor =
       std::max(best / (input.robust_slope * input.robust_slope), kSmallestFactor);
-}
-
-/// The symmetric matrix by which errors of covariance `expected` become those that were `found`
-/// in excess of `factor`; never shorter. A few blocks' scatter counts as `kPriorBlocks` more that
-/// behave like all directions together.
-Eigen::Matrix3d StretchOf(const Eigen::Matrix3d& found, const Eigen::Matrix3d& expected,
-                          double factor, double blocks) {
-  constexpr double kPriorBlocks = 10.0;
-  using Solver = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>;
-  const Solver honest(expected);
-  if (!(honest.eigenvalues()[0] > 0.0)) return Eigen::Matrix3d::Identity();
-  const Eigen::Matrix3d root = honest.operatorSqrt();
-  const Eigen::Matrix3d inverse = honest.operatorInverseSqrt();
-  const Solver excess(Eigen::Matrix3d(
-      (blocks * inverse * found * inverse / factor + kPriorBlocks * Eigen::Matrix3d::Identity()) /
-      (blocks + kPriorBlocks)));
-  const Eigen::Matrix3d wanted = root * excess.eigenvectors() *
-                                 excess.eigenvalues().cwiseMax(1.0).asDiagonal() *
-                                 excess.eigenvectors().transpose() * root;
-  const Eigen::Matrix3d stretch =
-      inverse * Solver(Eigen::Matrix3d(root * wanted * root)).operatorSqrt() * inverse;
-  return stretch.allFinite() ? Eigen::Matrix3d(0.5 * (stretch + stretch.transpose()))
-                             : Eigen::Matrix3d::Identity();
 }
 
 /// From a perturbation at the station's own position to one about the survey's origin.
@@ -66,36 +39,6 @@ Matrix6d AboutStation(const RigidTransform& pose) {
   Matrix6d about = Matrix6d::Identity();
   about.bottomLeftCorner<3, 3>() = Skew(pose.translation);
   return about;
-}
-
-/// One factor for all directions averages what holds a forest's stations upright, the ground, with
-/// what holds them in place, thin trunks: directions whose observations agree less than that are
-/// stretched.
-void StretchCovariance(const PrecisionInput& input, const Eigen::MatrixXd& formal,
-                       const ExecutionContext& context, NetworkPrecision* precision) {
-  const std::vector<std::uint64_t> blocks = SpatialBlocks(input, precision->block_m);
-  const ResponseScatter scatter =
-      EstimateResponseScatter(input.planes, input.surfaces, blocks, input.poses, formal, context);
-  Matrix6d stretch = Matrix6d::Zero();
-  stretch.topLeftCorner<3, 3>() = StretchOf(scatter.turn_found, scatter.turn_expected,
-                                            precision->block_factor, precision->blocks);
-  stretch.bottomRightCorner<3, 3>() = StretchOf(scatter.shift_found, scatter.shift_expected,
-                                                precision->block_factor, precision->blocks);
-  std::vector<Matrix6d> of_station;
-  for (const RigidTransform& pose : input.poses) {
-    const Matrix6d about = AboutStation(pose);
-    of_station.emplace_back(about * stretch * about.inverse());
-  }
-  Eigen::MatrixXd& covariance = precision->covariance;
-  for (std::size_t s = 0; s < of_station.size(); ++s) {
-    const auto row = static_cast<Eigen::Index>(6 * s);
-    covariance.middleRows<6>(row) = (of_station[s] * covariance.middleRows<6>(row)).eval();
-  }
-  for (std::size_t s = 0; s < of_station.size(); ++s) {
-    const auto column = static_cast<Eigen::Index>(6 * s);
-    covariance.middleCols<6>(column) =
-        (covariance.middleCols<6>(column) * of_station[s].transpose()).eval();
-  }
 }
 
 void AddFloor(std::span<const RigidTransform> poses, const PrecisionFloor& floor,
@@ -248,7 +191,6 @@ NetworkPrecision ComputePrecision(const PrecisionInput& input, const PrecisionFl
   ChooseVarianceFactor(input, formal, context, &precision);
   precision.covariance = InvertInformation(of_scans / precision.variance_factor + of_others);
   if (precision.covariance.size() == 0) return precision;
-  StretchCovariance(input, formal, context, &precision);
   precision.weakest = FindWeakest(input, precision.covariance);
   AddFloor(input.poses, floor, &precision.covariance);
   precision.valid = true;

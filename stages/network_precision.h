@@ -21,9 +21,7 @@ struct WeakestMotion {
 struct NetworkPrecision {
   Eigen::MatrixXd covariance;  ///< 6M x 6M, zero for the first station
   double variance_factor = 1.0;
-  double block_m = 0.0;       ///< edge of the blocks that the factor comes from
-  double blocks = 0.0;        ///< how many independent ones they are worth
-  double block_factor = 1.0;  ///< theirs, before the robust weights' slope
+  double block_m = 0.0;
   WeakestMotion weakest;
   bool valid = false;
 };
@@ -43,8 +41,7 @@ struct PrecisionInput {
   double robust_slope = 1.0;              ///< PlaneWeights::slope
 };
 
-/// Covariance (information of planes and surfaces / variance factor + others')^-1, stretched in
-/// directions in which observations agree less than on average, plus the floor.
+/// Covariance (information of planes and surfaces / variance factor + others')^-1 plus the floor.
 NetworkPrecision ComputePrecision(const PrecisionInput& input, const PrecisionFloor& floor,
                                   const ExecutionContext& context);
 

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <numeric>
 
 #include "graph/planar_adjustment.h"
@@ -100,68 +99,6 @@ TEST(EstimateVarianceFactor, ThreadsDoNotChangeABit) {
         .factor;
   };
   EXPECT_EQ(factor(1), factor(4));
-}
-
-TEST(EstimateResponseScatter, IsAsExpectedForHonestWeightsAndScalesWithThem) {
-  for (const double scale : {1.0, 4.0}) {
-    ResponseScatter sum;
-    for (std::uint64_t seed = 0; seed < 10; ++seed) {
-      SyntheticPlanes scene = MakePlanes(seed, {.stations = 4, .planes = 200, .noise_m = 0.004});
-      for (WeightedPlane& plane : scene.planes) plane.weight *= scale;
-      const auto result = AdjustPlanes(scene.planes, {}, scene.world_from_station, 0, {});
-      const ResponseScatter scatter = EstimateResponseScatter(
-          scene.planes, {}, OnePlaneABlock(scene.planes.size()), result.poses,
-          Covariance(result.information), ExecutionContext(1));
-      sum.turn_found += scatter.turn_found;
-      sum.turn_expected += scatter.turn_expected;
-      sum.shift_found += scatter.shift_found;
-      sum.shift_expected += scatter.shift_expected;
-    }
-    for (int k = 0; k < 3; ++k) {
-      EXPECT_NEAR(sum.turn_found(k, k) / sum.turn_expected(k, k) / scale, 1.0, 0.15) << k;
-      EXPECT_NEAR(sum.shift_found(k, k) / sum.shift_expected(k, k) / scale, 1.0, 0.15) << k;
-    }
-  }
-}
-
-TEST(EstimateResponseScatter, FindsTheDirectionWhosePlanesClaimTooMuch) {
-  // Walls that face x agree worse than their weights say: shifts along x suffer most.
-  double along = 0.0;
-  double across = 0.0;
-  constexpr int kSeeds = 10;
-  for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
-    SyntheticPlanes scene = MakePlanes(seed, {.stations = 3, .planes = 300, .noise_m = 0.004});
-    for (WeightedPlane& plane : scene.planes) {
-      PointCluster joint;
-      for (const PlaneObservation& o : plane.observations) {
-        const RigidTransform& pose = scene.world_from_station[static_cast<std::size_t>(o.station)];
-        joint += Transformed(pose.rotation, pose.translation, o.cluster);
-      }
-      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(joint.scatter);
-      if (std::abs(solver.eigenvectors()(0, 0)) > 0.9) plane.weight *= 9.0;
-    }
-    const auto result = AdjustPlanes(scene.planes, {}, scene.world_from_station, 0, {});
-    const ResponseScatter scatter =
-        EstimateResponseScatter(scene.planes, {}, OnePlaneABlock(scene.planes.size()), result.poses,
-                                Covariance(result.information), ExecutionContext(1));
-    along += scatter.shift_found(0, 0) / scatter.shift_expected(0, 0) / kSeeds;
-    across += scatter.shift_found(1, 1) / scatter.shift_expected(1, 1) / kSeeds;
-  }
-  EXPECT_GT(along, 1.5 * across);
-  EXPECT_GT(across, 0.8);
-}
-
-TEST(EstimateResponseScatter, ThreadsDoNotChangeABit) {
-  const SyntheticPlanes scene = MakePlanes(1, {.stations = 5, .planes = 100, .noise_m = 0.004});
-  const auto result = AdjustPlanes(scene.planes, {}, scene.world_from_station, 0, {});
-  const Eigen::MatrixXd covariance = Covariance(result.information);
-  const auto blocks = OnePlaneABlock(scene.planes.size());
-  const auto scatter = [&](int threads) {
-    return EstimateResponseScatter(scene.planes, {}, blocks, result.poses, covariance,
-                                   ExecutionContext(threads));
-  };
-  EXPECT_EQ(scatter(1).shift_found, scatter(4).shift_found);
-  EXPECT_EQ(scatter(1).turn_expected, scatter(4).turn_expected);
 }
 
 }  // namespace
