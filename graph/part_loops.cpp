@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
+#include <map>
 #include <set>
 #include <utility>
 
@@ -88,6 +89,27 @@ std::vector<int> CountParallels(std::span<const PoseGraphLink> between,
   return count;
 }
 
+/// Of the links between each two parts the few with most support, lest the combinations of many
+/// explode: links that agree close the same loops.
+std::vector<std::size_t> Representatives(std::span<const PoseGraphLink> between,
+                                         std::span<const int> parallels) {
+  constexpr std::size_t kMost = 6;
+  std::map<std::pair<int, int>, std::vector<std::size_t>> of_parts;
+  for (std::size_t k = 0; k < between.size(); ++k) {
+    of_parts[std::minmax(between[k].source, between[k].target)].push_back(k);
+  }
+  std::vector<std::size_t> chosen;
+  for (auto& [parts, own] : of_parts) {
+    std::stable_sort(own.begin(), own.end(), [&](std::size_t a, std::size_t b) {
+      return std::pair(parallels[a], between[a].confidence) >
+             std::pair(parallels[b], between[b].confidence);
+    });
+    own.resize(std::min(own.size(), kMost));
+    chosen.insert(chosen.end(), own.begin(), own.end());
+  }
+  return chosen;
+}
+
 }  // namespace
 
 std::vector<int> CountPartLoops(int stations, std::span<const PoseGraphLink> links, double limit) {
@@ -103,13 +125,18 @@ std::vector<int> CountPartLoops(int stations, std::span<const PoseGraphLink> lin
     between.push_back(parts.Between(link));
     ends.emplace_back(std::minmax(link.source, link.target));
   }
+  const std::vector<int> parallels = CountParallels(between, ends, limit);
+  const std::vector<std::size_t> chosen = Representatives(between, parallels);
+  std::vector<PoseGraphLink> few;
+  few.reserve(chosen.size());
+  for (const std::size_t k : chosen) few.push_back(between[k]);
   // The links' errors are of the right scale already.
   const CycleOptions options{.limit = limit, .largest_factor = 1.0, .largest_factor_of_many = 1.0};
-  const CycleStatistics cycles = CheckCycles(stations, between, options);
-  const std::vector<int> parallels = CountParallels(between, ends, limit);
+  const CycleStatistics cycles = CheckCycles(stations, few, options);
   std::vector<int> loops(links.size(), 0);
-  for (std::size_t k = 0; k < asked.size(); ++k) {
-    loops[asked[k]] = parallels[k] + cycles.support[k].valid;
+  for (std::size_t k = 0; k < asked.size(); ++k) loops[asked[k]] = parallels[k];
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    loops[asked[chosen[i]]] += cycles.support[i].valid;
   }
   return loops;
 }

@@ -27,9 +27,11 @@ namespace fs = std::filesystem;
 
 constexpr double kGigabyte = 1e9;
 constexpr std::uint64_t kProgramBytes = 60'000'000;  // code and libraries
-// A stored station takes this much more in memory: index, range image, what finds its features
-// (measured on ETH Facade: 2.1, on a simulated courtyard that is thinned: 2.8).
-constexpr double kMemoryPerStored = 2.2;
+// A stored station takes this much more in memory: index, range image, what finds its features and
+// what its pairs need (measured on ETH Facade: 2.1, on a simulated courtyard that is thinned: 2.8,
+// dense scans more).
+constexpr double kLeastPerStored = 2.0;
+constexpr double kLikelyPerStored = 2.8;
 constexpr std::uint64_t kBytesPerVoxel = 124;  // stored
 // Scans of a million points and more fall into 30,000 voxels at least and 200,000 on average.
 constexpr std::uint64_t kFewestPointsPerVoxel = 40;
@@ -228,9 +230,9 @@ ResourceNeeds EstimateNeeds(const SurveyProject& project, const std::string& out
   const std::uint64_t fixed =
       kProgramBytes + 4 * 8 * unknowns * unknowns + (thins ? kThinningBytes : 0);
   needs.least_memory =
-      fixed + static_cast<std::uint64_t>(kMemoryPerStored * static_cast<double>(least));
+      fixed + static_cast<std::uint64_t>(kLeastPerStored * static_cast<double>(least));
   needs.likely_memory =
-      fixed + static_cast<std::uint64_t>(kMemoryPerStored * static_cast<double>(likely));
+      fixed + static_cast<std::uint64_t>(kLikelyPerStored * static_cast<double>(likely));
   needs.physical_memory = static_cast<std::uint64_t>(::sysconf(_SC_PHYS_PAGES)) *
                           static_cast<std::uint64_t>(::sysconf(_SC_PAGE_SIZE));
   if (store.keeps()) disks.Add(store.folder(), to_store, likely_to_store);

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <optional>
 
 namespace backsight {
@@ -82,13 +84,17 @@ PictureRecord DrawDetail(const PlacedClouds& clouds, const NamedSection& named,
   return picture;
 }
 
-/// The section as a whole, if wanted and if it cuts anything.
-std::optional<PictureRecord> DrawWholeIfAny(const PlacedClouds& clouds, const NamedSection& named,
-                                            const ExecutionContext& context) {
-  if (named.apart_m) return std::nullopt;
-  const std::optional<Span> span = SpanOf(clouds, named.section, context);
-  if (!span) return std::nullopt;
-  return DrawWhole(clouds, named, *span, context);
+/// The section as a whole, if wanted, and its detail; nothing where it cuts nothing.
+std::vector<PictureRecord> DrawSection(const PlacedClouds& clouds, const NamedSection& named,
+                                       const ExecutionContext& context) {
+  std::vector<PictureRecord> pictures;
+  if (!named.apart_m) {
+    const std::optional<Span> span = SpanOf(clouds, named.section, context);
+    if (!span) return pictures;
+    pictures.push_back(DrawWhole(clouds, named, *span, context));
+  }
+  if (named.detail) pictures.push_back(DrawDetail(clouds, named, context));
+  return pictures;
 }
 
 }  // namespace
@@ -96,18 +102,12 @@ std::optional<PictureRecord> DrawWholeIfAny(const PlacedClouds& clouds, const Na
 std::vector<PictureRecord> DrawSections(const PlacedClouds& clouds,
                                         const std::vector<NamedSection>& sections,
                                         const ExecutionContext& context) {
-  std::vector<std::optional<PictureRecord>> drawn(2 * sections.size());
-  context.ParallelFor(drawn.size(), [&](std::size_t i) {
-    const NamedSection& named = sections[i / 2];
-    if (i % 2 == 0) {
-      drawn[i] = DrawWholeIfAny(clouds, named, context);
-    } else if (named.detail) {
-      drawn[i] = DrawDetail(clouds, named, context);
-    }
-  });
+  std::vector<std::vector<PictureRecord>> drawn(sections.size());
+  context.ParallelFor(drawn.size(),
+                      [&](std::size_t i) { drawn[i] = DrawSection(clouds, sections[i], context); });
   std::vector<PictureRecord> pictures;
-  for (std::optional<PictureRecord>& picture : drawn) {
-    if (picture) pictures.push_back(*std::move(picture));
+  for (std::vector<PictureRecord>& own : drawn) {
+    std::move(own.begin(), own.end(), std::back_inserter(pictures));
   }
   return pictures;
 }

@@ -6,7 +6,6 @@
 #include <bit>
 #include <cmath>
 #include <limits>
-#include <mutex>
 #include <optional>
 
 #include "core/error.h"
@@ -182,16 +181,23 @@ OccupancyMap DrawOccupancyMap(const std::vector<PlacedSurface>& surfaces,
   RequireInside(still, options.resolution_m);
   for (const StillVoxels& station : still) map.AddOccupied(station.voxels);
   RequireMemory(map.Bytes(), options);
-  std::mutex drawing;
-  context.ParallelFor(surfaces.size(), [&](std::size_t s) {
-    if (!surfaces[s].surface.scanner_credible) return;
-    const Eigen::Vector3f station = surfaces[s].frame_from_instrument.translation.cast<float>();
-    const VoxelBlocks<VoxelBits> crossed =
-        FindCrossedVoxels(grid, station, still[s].voxels, options, context);
-    const std::scoped_lock lock(drawing);
-    map.AddFree(crossed);
+  // Few stations at a time, each within its share whatever the number of threads, so that memory
+  // and verdict do not depend on it.
+  constexpr std::size_t kTogether = 4;
+  OccupancyMapOptions share = options;
+  share.memory_bytes /= kTogether;
+  for (std::size_t first = 0; first < surfaces.size(); first += kTogether) {
+    const std::size_t count = std::min(kTogether, surfaces.size() - first);
+    std::vector<VoxelBlocks<VoxelBits>> crossed(count);
+    context.ParallelFor(count, [&](std::size_t k) {
+      const PlacedSurface& viewer = surfaces[first + k];
+      if (!viewer.surface.scanner_credible) return;
+      const Eigen::Vector3f station = viewer.frame_from_instrument.translation.cast<float>();
+      crossed[k] = FindCrossedVoxels(grid, station, still[first + k].voxels, share, context);
+    });
+    for (const VoxelBlocks<VoxelBits>& voxels : crossed) map.AddFree(voxels);
     RequireMemory(map.Bytes(), options);
-  });
+  }
   return map;
 }
 

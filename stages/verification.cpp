@@ -227,7 +227,8 @@ bool IsClearlyBetter(const VerificationResult& best, const VerificationResult& r
   // contradictions tell such motions apart.
   constexpr double kSamplingBias = 0.05;
   constexpr double kMirrorBias = 0.15;
-  const double blind = best.apart_m < rival.apart_m ? kMirrorBias : kSamplingBias;
+  constexpr double kNearer = 0.8;  // what scanners' distances may differ by and still sample alike
+  const double blind = best.apart_m < kNearer * rival.apart_m ? kMirrorBias : kSamplingBias;
   const double bias = best.sighted && rival.sighted ? blind : 0.0;
   return IsContradictedMore(rival, best) ||
          best.quality.value - rival.quality.value >
