@@ -241,35 +241,40 @@ class Selector {
     return merit;
   }
 
+  /// The links with the parts as their ends that accepted used links hold together.
+  std::vector<PoseGraphLink> BetweenParts() const {
+    std::vector<char> accepted = used_;
+    for (std::size_t l = 0; l < links_.size(); ++l) {
+      if (links_[l].doubtful) accepted[l] = 0;
+    }
+    const std::vector<int> part = FindComponents(stations_, links_, accepted);
+    std::vector<PoseGraphLink> between(links_.begin(), links_.end());
+    for (PoseGraphLink& link : between) {
+      link.source = part[Slot(link.source)];
+      link.target = part[Slot(link.target)];
+    }
+    return between;
+  }
+
   /// A doubtful link is confirmed within a part that accepted links hold together, or where two
   /// ways over other doubtful links lead from part to part. Those must each say something by
   /// themselves: the two ends of a symmetric building ask for the same wrong motion in many pairs.
-  bool IsConfirmed(std::size_t l) const {
-    std::vector<char> accepted = used_;
+  bool IsConfirmed(std::size_t l, std::span<const PoseGraphLink> between) const {
+    const PoseGraphLink& link = between[l];
+    if (link.source == link.target) return true;
+    std::vector<char> others = used_;
+    others[l] = 0;
     for (std::size_t k = 0; k < links_.size(); ++k) {
-      if (links_[k].doubtful) accepted[k] = 0;
+      if (!links_[k].doubtful || links_[k].credibility < kCredible) others[k] = 0;
     }
-    const std::vector<int> part = FindComponents(stations_, links_, accepted);
-    const auto between_parts = [&](std::size_t k) {
-      PoseGraphLink link = links_[k];
-      link.source = part[Slot(link.source)];
-      link.target = part[Slot(link.target)];
-      return link;
-    };
-    std::vector<PoseGraphLink> others;
-    for (std::size_t k = 0; k < links_.size(); ++k) {
-      if (k == l || used_[k] == 0 || !links_[k].doubtful) continue;
-      if (links_[k].credibility >= kCredible) others.push_back(between_parts(k));
-    }
-    const PoseGraphLink link = between_parts(l);
-    return link.source == link.target ||
-           CountDisjointPaths(stations_, others, {}, link.source, link.target, 2) >= 2;
+    return CountDisjointPaths(stations_, between, others, link.source, link.target, 2) >= 2;
   }
 
   bool DropUnconfirmed() {
+    const std::vector<PoseGraphLink> between = BetweenParts();
     std::vector<std::size_t> drop;
     for (std::size_t l = 0; l < links_.size(); ++l) {
-      if (used_[l] != 0 && links_[l].doubtful && !IsConfirmed(l)) drop.push_back(l);
+      if (used_[l] != 0 && links_[l].doubtful && !IsConfirmed(l, between)) drop.push_back(l);
     }
     for (const std::size_t l : drop) Drop(l, LinkFate::kUnconfirmed);
     if (drop.empty()) return false;
