@@ -23,6 +23,14 @@ struct PlaneSearchOptions {
   double max_offset_m = 0.1;       ///< of a station's centroid from the joint plane
 };
 
+/// What the stations' patches may differ by in the `round`-th search, from 0: half as much as in
+/// the one before, down to what noise may do.
+inline void NarrowTolerances(double resolution_m, int round, PlaneSearchOptions* options) {
+  const double tolerance = std::pow(0.5, round);
+  options->max_angle_rad = std::max(0.175 * tolerance, 0.05);
+  options->max_offset_m = std::max(resolution_m * tolerance, 0.03);
+}
+
 /// Whether a station has enough in a cell: points, or voxels.
 inline bool HasEnough(double points, int clusters, const PlaneSearchOptions& options) {
   return points >= options.min_points || clusters >= options.min_clusters;

@@ -57,7 +57,7 @@ class Refinement {
     if (input_.stations.size() < 2) return std::move(result_);
     Poses poses = input_.survey_from_station;
     for (int round = 0; round < options_.max_rounds; ++round) {
-      Associate(poses, std::pow(0.5, round));
+      Associate(poses, round);
       if (static_cast<int>(planes_.adjusted.size()) < options_.min_planes) {
         return std::move(result_);
       }
@@ -108,14 +108,13 @@ class Refinement {
     }
   }
 
-  void Associate(const Poses& poses, double tolerance) {
+  void Associate(const Poses& poses, int round) {
     context_.CheckStop();
     PlaneSearchOptions search;
     search.root_edge_m = options_.root_edge * l_;
     search.max_thickness_m = options_.max_thickness_m;
     search.max_thinness = options_.max_thinness;
-    search.max_angle_rad = std::max(0.175 * tolerance, 0.05);
-    search.max_offset_m = std::max(l_ * tolerance, 0.03);
+    NarrowTolerances(l_, round, &search);
     const auto stations = input_.stations.size();
     planes_ = {};
     planes_.of_station.assign(stations, 0);

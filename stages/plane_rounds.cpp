@@ -1,7 +1,6 @@
 #include "stages/plane_rounds.h"
 
 #include <algorithm>
-#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -36,15 +35,13 @@ std::vector<PointCluster> NearStructures(const StationModel& model,
   return clusters;
 }
 
-/// What planes must be like in a round of association: tolerances halve.
+/// What planes must be like in a round of association.
 PlaneSearchOptions SearchOptions(const FineOptions& options, double resolution_m, int round) {
-  const double tolerance = std::pow(0.5, round);
   PlaneSearchOptions search;
   search.root_edge_m = options.root_edge * resolution_m;
   search.max_thickness_m = options.max_thickness_m;
   search.max_thinness = options.max_thinness;
-  search.max_angle_rad = std::max(0.175 * tolerance, 0.05);
-  search.max_offset_m = std::max(resolution_m * tolerance, 0.03);
+  NarrowTolerances(resolution_m, round, &search);
   return search;
 }
 
