@@ -4,6 +4,7 @@
 #include "pipeline/plan_proposals.h"
 #include "stages/matching.h"
 #include "stages/structure_images.h"
+#include "stages/surface_refinement.h"
 #include "stages/verification.h"
 
 namespace backsight {
@@ -45,7 +46,7 @@ CoarseInput MakeCoarseInput(const Station& source, const Station& target, const 
   };
   input.cloud_refine = [&clouds, &context](const RigidTransform& motion) {
     context.CheckStop();
-    return clouds.Refine(motion);
+    return RefineRoughly(clouds.source, clouds.target, clouds.target_index, motion);
   };
   return input;
 }

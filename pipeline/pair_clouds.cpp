@@ -4,8 +4,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "stages/surface_refinement.h"
-
 namespace backsight {
 namespace {
 
@@ -52,15 +50,6 @@ double PairClouds::ScoreBound(const CloudSample& of_source, const CloudSample& o
       ScoreClouds(target, of_target, source, source_index, target_from_source.Inverse(),
                   tolerance_m);
   return fit < 2.0 * kLeastAgreement ? kNowhere : 0.5 * fit;
-}
-
-RigidTransform PairClouds::Refine(const RigidTransform& target_from_source) const {
-  SurfaceRefinementOptions few;
-  few.normal_sigma_m = 0.1 * target.model.resolution_m();
-  few.sample = 2000;
-  few.max_iterations = 6;
-  return RefineOnSurfaces(source, target, target_index, target_from_source, Matrix6d::Zero(), few)
-      .target_from_source;
 }
 
 }  // namespace backsight

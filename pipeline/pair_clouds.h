@@ -24,9 +24,6 @@ struct PairClouds {
   double ScoreBound(const CloudSample& of_source, const CloudSample& of_target,
                     const RigidTransform& target_from_source) const;
 
-  /// A few steps on a tenth of the voxels: enough to compare motions.
-  RigidTransform Refine(const RigidTransform& target_from_source) const;
-
   Surface source;
   Surface target;
   const CloudIndex& source_index;

@@ -31,17 +31,6 @@ Correspondences MatchWithItself(const Surface& surface, const StationFeatures& f
   return all.Subset(rows);
 }
 
-/// A shift by correlation is good to some voxels; the surfaces make it good to a fraction of one.
-RigidTransform RefineOnSelf(const Surface& surface, const CloudIndex& index,
-                            const RigidTransform& motion) {
-  SurfaceRefinementOptions few;
-  few.normal_sigma_m = 0.1 * surface.model.resolution_m();
-  few.sample = 2000;
-  few.max_iterations = 6;
-  return RefineOnSurfaces(surface, surface, index, motion, Matrix6d::Zero(), few)
-      .target_from_source;
-}
-
 struct Scored {
   RigidTransform motion;
   double score = 0.0;
@@ -123,7 +112,8 @@ std::vector<RigidTransform> FindSymmetries(const Surface& surface, const Station
   }
   for (const RigidTransform& image : FindStructureImages(surface, index, surface, index, {})) {
     if (!list.MayHold(image)) continue;
-    const RigidTransform motion = RefineOnSelf(surface, index, image);
+    // A shift by correlation is good to some voxels; surfaces make it good to a fraction of one.
+    const RigidTransform motion = RefineRoughly(surface, surface, index, image);
     list.Offer(motion);
     list.Offer(motion.Inverse());
   }

@@ -43,4 +43,9 @@ SurfaceRefinement RefineOnSurfaces(const Surface& source, const Surface& target,
                                    const CloudIndex& target_index, const RigidTransform& start,
                                    const Matrix6d& prior, const SurfaceRefinementOptions& options);
 
+/// A few steps of it on 2,000 voxels: enough to compare motions.
+RigidTransform RefineRoughly(const Surface& source, const Surface& target,
+                             const CloudIndex& target_index,
+                             const RigidTransform& target_from_source);
+
 }  // namespace backsight
