@@ -120,9 +120,8 @@ void VoxelIndex::MarkNear(const Brick& brick, const Eigen::Vector3i& at) {
   mark(1, 0, brick.masks[kEdge - 1]);
 }
 
-/// One search of the nearest point and, if wanted, the second nearest's distance: cell by cell from
-/// the query's own, leaving out what lies farther than these. Lengths in cells.
-template <bool kOthers>
+/// One search of the nearest point: in the query's cell and the 26 around it, then, if what lies
+/// beyond them may be nearer, as far as that. Lengths in cells where not said otherwise.
 class VoxelIndex::Search {
  public:
   Search(const VoxelIndex& index, std::span<const Eigen::Vector3d> points,
@@ -131,126 +130,84 @@ class VoxelIndex::Search {
         points_(points),
         query_(query),
         place_((query - index.lattice_.origin) / index.lattice_.edge_m),
-        cell_(place_.array().floor().cast<int>()),
-        per_square_(1.0 / (index.lattice_.edge_m * index.lattice_.edge_m)) {
-    best_.squared_m2 = best_.others_squared_m2 = radius_m * radius_m;
-    reach_ = static_cast<int>(std::ceil(radius_m / index.lattice_.edge_m));
+        cell_(FloorOf(place_.x()), FloorOf(place_.y()), FloorOf(place_.z())) {
+    best_ = {kNone, radius_m * radius_m, radius_m * radius_m};
   }
 
   std::optional<Neighbor> Run() {
-    const int x = cell_.x();
-    const int y = cell_.y();
-    if (const Brick* own = Cached({x >> 3, y >> 3, cell_.z() >> 3}); own != nullptr) {
-      VisitCells(*own, x & 7, std::uint64_t{1} << (8 * (y & 7) + (cell_.z() & 7)));
+    VisitNextCells();
+    const double clear_m = index_.lattice_.edge_m * ToNextCellsEdge();
+    if (best_.squared_m2 >= clear_m * clear_m) {
+      VisitBeyond();
+    } else {
+      best_.others_squared_m2 = std::min(best_.others_squared_m2, clear_m * clear_m);
     }
-    for (int dx = 0; dx <= reach_; ++dx) {
-      for (const int sx : {x + dx, x - dx}) {
-        const double in_x = Gap(place_.x(), sx);
-        if (in_x * in_x > Bound()) continue;
-        VisitSlice(sx, in_x * in_x);
-        if (dx == 0) break;
-      }
-    }
-    return found_ ? std::optional(best_) : std::nullopt;
+    return best_.voxel != kNone ? std::optional(best_) : std::nullopt;
   }
 
  private:
-  /// Of a coordinate from a cell.
-  static double Gap(double place, int cell) {
-    return std::max({cell - place, place - cell - 1.0, 0.0}) - kRounding;
-  }
-  double Bound() const {
-    return (kOthers ? best_.others_squared_m2 : best_.squared_m2) * per_square_;
+  static constexpr std::uint32_t kNone = ~0U;
+
+  /// Nothing outside the 27 cells is closer than this.
+  double ToNextCellsEdge() const {
+    const Eigen::Array3d in_cell = place_.array() - cell_.cast<double>().array();
+    return 1.0 + in_cell.min(1.0 - in_cell).minCoeff() - kRounding;
   }
 
-  /// The cells of a slice across x that are within the bound in y and in z.
-  void VisitSlice(int x, double in_x2) {
-    const double rest = Bound() - in_x2;
-    if (rest < 0.0) return;
-    const double reach = std::sqrt(rest) + kRounding;
-    const int y_first = FloorOf(place_.y() - reach);
-    const int y_last = FloorOf(place_.y() + reach);
-    const int z_first = FloorOf(place_.z() - reach);
-    const int z_last = FloorOf(place_.z() + reach);
-    for (int in_y = y_first >> 3; in_y <= y_last >> 3; ++in_y) {
-      for (int in_z = z_first >> 3; in_z <= z_last >> 3; ++in_z) {
-        const Brick* brick = Cached({x >> 3, in_y, in_z});
-        if (brick == nullptr) continue;
-        VisitCells(
-            *brick, x & 7,
-            Window(y_first - 8 * in_y, y_last - 8 * in_y, z_first - 8 * in_z, z_last - 8 * in_z));
+  void VisitNextCells() {
+    for (int by = (cell_.y() - 1) >> 3; by <= (cell_.y() + 1) >> 3; ++by) {
+      for (int bz = (cell_.z() - 1) >> 3; bz <= (cell_.z() + 1) >> 3; ++bz) {
+        const int y = cell_.y() - kEdge * by;
+        const int z = cell_.z() - kEdge * bz;
+        const std::uint64_t wanted = Window(y - 1, y + 1, z - 1, z + 1);
+        for (int bx = (cell_.x() - 1) >> 3; bx <= (cell_.x() + 1) >> 3; ++bx) {
+          const Brick* brick = index_.BrickAt({bx, by, bz});
+          if (brick == nullptr) continue;
+          const int last = std::min(cell_.x() + 1 - kEdge * bx, kEdge - 1);
+          for (int x = std::max(cell_.x() - 1 - kEdge * bx, 0); x <= last; ++x) {
+            auto offer = [&](std::uint32_t voxel) { Offer(voxel, SquaredDistance(voxel)); };
+            index_.VisitBits(*brick, x, wanted, offer);
+          }
+        }
       }
     }
   }
 
-  static int FloorOf(double value) {
-    const int cut = static_cast<int>(value);
-    return cut > value ? cut - 1 : cut;
+  void VisitBeyond() {
+    constexpr double kInclusive = 1.0 + 1e-12;
+    const double reach_m = std::sqrt(best_.others_squared_m2) * kInclusive;
+    index_.VisitWithin(points_, query_, reach_m, [&](std::uint32_t voxel, double squared_m2) {
+      if (voxel != best_.voxel) Offer(voxel, squared_m2);
+    });
   }
 
-  void VisitCells(const Brick& brick, int x, std::uint64_t wanted) {
-    const std::uint64_t mask = brick.masks[static_cast<std::size_t>(x)];
-    const std::uint32_t* voxels = index_.order_.data() + brick.first[static_cast<std::size_t>(x)];
-    for (std::uint64_t bits = mask & wanted; bits != 0; bits &= bits - 1) {
-      const std::uint64_t lowest = bits & (~bits + 1U);
-      Offer(voxels[CountBits(mask & (lowest - 1U))]);
-    }
+  double SquaredDistance(std::uint32_t voxel) const {
+    return VoxelIndex::SquaredDistance(query_, points_[voxel]);
   }
 
-  void Offer(std::uint32_t voxel) {
-    const double squared = (query_ - points_[voxel]).squaredNorm();
-    if (found_ && voxel == best_.voxel) return;  // the query's own cell comes twice
-    const bool closer = squared < best_.squared_m2 ||
-                        (squared == best_.squared_m2 && (!found_ || voxel < best_.voxel));
-    if (closer) {
-      if (found_) best_.others_squared_m2 = best_.squared_m2;
-      best_.voxel = voxel;
-      best_.squared_m2 = squared;
-      found_ = true;
-    } else {
-      best_.others_squared_m2 = std::min(best_.others_squared_m2, squared);
-    }
-  }
-
-  /// The bricks around the query, up to two along each axis, are each looked up once.
-  const Brick* Cached(const Eigen::Vector3i& brick) {
-    const auto slot =
-        static_cast<std::size_t>((brick.x() & 1) << 2 | (brick.y() & 1) << 1 | (brick.z() & 1));
-    Place& place = bricks_[slot];
-    if (!place.asked || brick != place.at) place = {true, brick, index_.BrickAt(brick)};
-    return place.brick;
+  /// Without branches, which nobody could foretell.
+  void Offer(std::uint32_t voxel, double squared_m2) {
+    const bool tied = squared_m2 == best_.squared_m2 && voxel < best_.voxel;
+    const bool closer = squared_m2 < best_.squared_m2 || tied;
+    best_.others_squared_m2 =
+        std::min(best_.others_squared_m2, std::max(squared_m2, best_.squared_m2));
+    best_.squared_m2 = std::min(best_.squared_m2, squared_m2);
+    best_.voxel = closer ? voxel : best_.voxel;
   }
 
   const VoxelIndex& index_;
   std::span<const Eigen::Vector3d> points_;
   Eigen::Vector3d query_;
-  Eigen::Vector3d place_;  // of the query, cells
+  Eigen::Vector3d place_;  // of the query
   Eigen::Vector3i cell_;
-  double per_square_;
-  int reach_ = 0;
   Neighbor best_;
-  bool found_ = false;
-  struct Place {
-    bool asked = false;
-    Eigen::Vector3i at = Eigen::Vector3i::Zero();
-    const Brick* brick = nullptr;
-  };
-  std::array<Place, 8> bricks_{};
 };
 
 std::optional<VoxelIndex::Neighbor> VoxelIndex::Nearest(std::span<const Eigen::Vector3d> points,
                                                         const Eigen::Vector3d& query,
                                                         double radius_m) const {
   if (!lattice_.Contains(query)) return std::nullopt;
-  return Search<true>(*this, points, query, radius_m).Run();
-}
-
-std::optional<std::uint32_t> VoxelIndex::NearestVoxel(std::span<const Eigen::Vector3d> points,
-                                                      const Eigen::Vector3d& query,
-                                                      double radius_m) const {
-  if (!lattice_.Contains(query)) return std::nullopt;
-  const auto nearest = Search<false>(*this, points, query, radius_m).Run();
-  return nearest ? std::optional(nearest->voxel) : std::nullopt;
+  return Search(*this, points, query, radius_m).Run();
 }
 
 }  // namespace backsight

@@ -36,14 +36,11 @@ class VoxelIndex {
     double others_squared_m2 = 0.0;  ///< no other point is closer than this
   };
   /// The nearest of `points`, point i in the cell of voxel i, none if all are farther from `query`
-  /// than `radius_m`; equal distances go to the lower voxel. `others_squared_m2` is the second
-  /// nearest's, or the radius's where that is less. Time O(1) for a radius of a few cells.
+  /// than `radius_m`; equal distances go to the lower voxel. `others_squared_m2` is no less than
+  /// the least of the second nearest's, the radius's and that of the nearest cell that does not
+  /// touch the query's own. Time O(1) for a radius of a few cells.
   std::optional<Neighbor> Nearest(std::span<const Eigen::Vector3d> points,
                                   const Eigen::Vector3d& query, double radius_m) const;
-
-  /// The voxel of Nearest alone, in about half the time.
-  std::optional<std::uint32_t> NearestVoxel(std::span<const Eigen::Vector3d> points,
-                                            const Eigen::Vector3d& query, double radius_m) const;
 
   /// Calls `visit(voxel, squared_m2)` for those of `points`, point i in the cell of voxel i, that
   /// are closer to `query` than `radius_m`, in an order that depends on the voxels and the query's
@@ -60,7 +57,6 @@ class VoxelIndex {
     std::array<std::uint64_t, kEdge> near{};   // the same of cells that hold or touch a voxel
     std::array<std::uint32_t, kEdge> first{};  // of the x-slice's voxels in order_
   };
-  template <bool kOthers>
   class Search;
 
   void MakeBricks(std::vector<std::uint64_t> keys);
@@ -80,6 +76,14 @@ class VoxelIndex {
   std::size_t Slot(std::uint64_t key) const {
     // Fibonacci hashing; the low bits of a product are poor.
     return static_cast<std::size_t>((key * 0x9E3779B97F4A7C15U) >> 32U) & slot_mask_;
+  }
+  static int FloorOf(double value) {
+    const int cut = static_cast<int>(value);
+    return cut > value ? cut - 1 : cut;
+  }
+  static double SquaredDistance(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+    const Eigen::Vector3d d = a - b;
+    return d.x() * d.x() + d.y() * d.y() + d.z() * d.z();
   }
   template <class Visit>
   void VisitBits(const Brick& brick, int x, std::uint64_t wanted, Visit& visit) const {
@@ -169,14 +173,17 @@ template <class Visit>
 void VoxelIndex::VisitWithin(std::span<const Eigen::Vector3d> points, const Eigen::Vector3d& query,
                              double radius_m, Visit visit) const {
   if (!lattice_.Contains(query)) return;
-  const Eigen::Array3d place = (query - lattice_.origin).array() / lattice_.edge_m;
+  const Eigen::Vector3d place = (query - lattice_.origin) / lattice_.edge_m;
   const double reach = radius_m / lattice_.edge_m + kRounding;
-  const Eigen::Array3i first = (place - reach).floor().cast<int>();
-  const Eigen::Array3i last = (place + reach).floor().cast<int>();
+  const auto cell = [&](double step) {
+    return Eigen::Vector3i(FloorOf(place.x() + step), FloorOf(place.y() + step),
+                           FloorOf(place.z() + step));
+  };
+  const Eigen::Vector3i first = cell(-reach);
+  const Eigen::Vector3i last = cell(reach);
   const double squared_radius = radius_m * radius_m;
   const auto offer = [&](std::uint32_t voxel) {
-    const Eigen::Vector3d d = query - points[voxel];
-    const double squared = d.x() * d.x() + d.y() * d.y() + d.z() * d.z();
+    const double squared = SquaredDistance(query, points[voxel]);
     if (squared < squared_radius) visit(voxel, squared);
   };
   for (int bx = first.x() >> 3; bx <= last.x() >> 3; ++bx) {

@@ -54,11 +54,11 @@ std::optional<DistanceSample> Measure(const PlacedCloud& from, const PlacedCloud
   const RigidTransform to_from_from =
       to.frame_from_instrument.Inverse() * from.frame_from_instrument;
   const Eigen::Vector3d voxel = to_from_from * from.surface.model.leaves[leaf].cluster.mean;
-  const auto nearest = to.index.voxels.NearestVoxel(to.index.means, voxel, search_m);
+  const auto nearest = to.index.voxels.Nearest(to.index.means, voxel, search_m);
   if (!nearest) return std::nullopt;
   const auto patch = FindPatch(from.surface.model, from.index, leaf);
   if (!patch) return std::nullopt;
-  const auto other = FindPatch(to.surface.model, to.index, *nearest);
+  const auto other = FindPatch(to.surface.model, to.index, nearest->voxel);
   if (!other) return std::nullopt;
   const double alike = other->normal.dot(to_from_from.rotation * patch->normal);
   const bool sides_known = from.surface.scanner_credible && to.surface.scanner_credible;

@@ -63,13 +63,13 @@ std::vector<SurfaceMatcher::Match> SurfaceMatcher::FindMatches(
   std::vector<Match> matches;
   for (std::size_t i = 0; i < source.means.size(); i += stride) {
     const Eigen::Vector3d moved = target_from_source * source.means[i];
-    const auto nearest = target.index->NearestVoxel(target.means, moved, kReach * l_);
+    const auto nearest = target.index->Nearest(target.means, moved, kReach * l_);
     if (!nearest) continue;
     const Eigen::Vector3d moved_normal =
         target_from_source.rotation * source.normals[i].cast<double>();
-    const Eigen::Vector3d fixed_normal = target.normals[*nearest].cast<double>();
+    const Eigen::Vector3d fixed_normal = target.normals[nearest->voxel].cast<double>();
     if (moved_normal.dot(fixed_normal) < kLargestAngleCosine) continue;
-    matches.push_back({moved, target.means[*nearest], moved_normal, fixed_normal});
+    matches.push_back({moved, target.means[nearest->voxel], moved_normal, fixed_normal});
   }
   return matches;
 }
