@@ -45,6 +45,17 @@ struct RootlessTest {
   static constexpr float kSquare = 4e-10F;
 };
 
+/// Whether lengths of these squares may differ by less than the limit.
+template <class D>
+HWY_INLINE hn::Mask<D> MayAgree(D d, hn::Vec<D> in_source, hn::Vec<D> in_target,
+                                const RootlessTest& test) {
+  const auto sum = hn::Add(in_source, in_target);
+  const auto apart = hn::Sub(in_source, in_target);
+  const auto bound =
+      hn::Mul(sum, hn::MulAdd(sum, hn::Set(d, test.kSquare), hn::Set(d, test.linear)));
+  return hn::Le(hn::Mul(apart, apart), bound);
+}
+
 /// Rows from b on that may be compatible with row a. Not the same bits on every instruction set,
 /// because a product and a sum are rounded together where that is faster; what is left out is
 /// compatible on none.
@@ -58,11 +69,7 @@ HWY_INLINE hn::Mask<D> MayAgree(D d, const ColumnView& c, std::size_t a, std::si
   const auto vx = difference(c.px), vy = difference(c.py), vz = difference(c.pz);
   const auto in_source = hn::MulAdd(ux, ux, hn::MulAdd(uy, uy, hn::Mul(uz, uz)));
   const auto in_target = hn::MulAdd(vx, vx, hn::MulAdd(vy, vy, hn::Mul(vz, vz)));
-  const auto sum = hn::Add(in_source, in_target);
-  const auto apart = hn::Sub(in_source, in_target);
-  const auto bound =
-      hn::Mul(sum, hn::MulAdd(sum, hn::Set(d, test.kSquare), hn::Set(d, test.linear)));
-  return hn::Le(hn::Mul(apart, apart), bound);
+  return MayAgree(d, in_source, in_target, test);
 }
 
 /// exp(-y) for 0 <= y <= 2/3, relative error below 3e-7.
@@ -77,9 +84,7 @@ HWY_INLINE hn::Vec<D> ExpNegative(D d, hn::Vec<D> y) {
 }
 
 template <class D>
-HWY_INLINE hn::Vec<D> WeightsAt(D d, const ColumnView& c, std::size_t a, std::size_t b,
-                                const CompatibilityRule& rule) {
-  const Squares<D> s = SquaresAt(d, c, a, b);
+HWY_INLINE hn::Vec<D> Weights(D d, const Squares<D>& s, const CompatibilityRule& rule) {
   const auto zero = hn::Zero(d);
   const auto length = hn::Sqrt(s.in_source);
   const auto x = hn::Abs(hn::Sub(length, hn::Sqrt(s.in_target)));
@@ -91,47 +96,56 @@ HWY_INLINE hn::Vec<D> WeightsAt(D d, const ColumnView& c, std::size_t a, std::si
   return hn::IfThenElseZero(compatible, weight);
 }
 
-/// MayAgree of a chunk: a bit for each row.
-HWY_INLINE std::uint32_t MayAgreeBits(const ColumnView& c, std::size_t a, std::size_t b,
-                                      const RootlessTest& test) {
-  const Wide d;
-  std::uint32_t all = 0;
-  for (std::size_t i = 0; i < kChunk; i += hn::Lanes(d)) {
-    std::uint8_t bytes[8] = {};
-    hn::StoreMaskBits(d, MayAgree(d, c, a, b + i, test), bytes);
-    all |= static_cast<std::uint32_t>(bytes[0] | bytes[1] << 8) << i;
-  }
-  return all;
-}
-
-/// Whether any of the chunk's rows i to i + lanes - 1 is marked.
-HWY_INLINE bool AnyMarked(std::uint32_t bits, std::size_t i) {
-  return (bits >> i & ((1U << hn::Lanes(Sums())) - 1U)) != 0;
-}
-
-HWY_INLINE void AddTo(hn::Vec<Sums> term, float* sum) {
+/// Adds term i to the sum i modulo kLanes, those of lower i first.
+HWY_INLINE void AddTo(hn::Vec<Wide> terms, float* sums) {
   const Sums d;
-  hn::StoreU(hn::Add(hn::LoadU(d, sum), term), d, sum);
+  HWY_ALIGN float stored[kChunk];
+  hn::Store(terms, Wide(), stored);
+  for (std::size_t i = 0; i < hn::Lanes(Wide()); i += hn::Lanes(d)) {
+    float* sum = sums + i % kLanes;
+    hn::StoreU(hn::Add(hn::LoadU(d, sum), hn::Load(d, stored + i)), d, sum);
+  }
+}
+
+/// Calls `body(weights, b, k)` for runs of rows b from `begin`, a multiple of kChunk, on: their
+/// weights, none from `whole` on, and which of the lanes the first one belongs to. Leaves out runs
+/// that have none.
+template <class Body>
+HWY_INLINE void ForWeights(const ColumnView& c, const CompatibilityRule& rule, std::size_t a,
+                           std::size_t begin, std::size_t whole, Body body) {
+  const Wide d;
+  const RootlessTest test(rule.limit_m);
+  for (std::size_t b = begin; b < whole; b += hn::Lanes(d)) {
+    const Squares<Wide> squares = SquaresAt(d, c, a, b);
+    if (hn::AllFalse(d, MayAgree(d, squares.in_source, squares.in_target, test))) continue;
+    auto weights = Weights(d, squares, rule);
+    if (b + hn::Lanes(d) > whole) {
+      weights = hn::IfThenElseZero(hn::FirstN(d, whole - b), weights);
+    }
+    body(weights, b, b % kLanes);
+  }
+}
+
+/// What row a has in common with the rows from `whole`, the last multiple of kLanes, on.
+HWY_INLINE void StoreLast(const ColumnView& c, const CompatibilityRule& rule, std::size_t a,
+                          std::size_t whole, float* last) {
+  const Sums d;
+  for (std::size_t i = 0; i < kLanes; i += hn::Lanes(d)) {
+    hn::Store(Weights(d, SquaresAt(d, c, a, whole + i), rule), d, last + i);
+  }
 }
 
 float SumReliability(const ColumnView& c, const CompatibilityRule& rule, std::size_t a) {
-  const Sums d;
-  const RootlessTest test(rule.limit_m);
   HWY_ALIGN float lanes[kLanes] = {};
+  HWY_ALIGN float last[kLanes];
   const std::size_t whole = c.rows - c.rows % kLanes;
-  for (std::size_t b = 0; b < whole; b += kChunk) {
-    const std::uint32_t bits = MayAgreeBits(c, a, b, test);
-    if (bits == 0) continue;
-    for (std::size_t i = 0; i < kChunk && b + i < whole; i += hn::Lanes(d)) {
-      if (AnyMarked(bits, i)) AddTo(WeightsAt(d, c, a, b + i, rule), lanes + i % kLanes);
-    }
-  }
+  ForWeights(c, rule, a, 0, whole, [&](hn::Vec<Wide> weights, std::size_t, std::size_t lane) {
+    AddTo(weights, lanes + lane);
+  });
+  StoreLast(c, rule, a, whole, last);
   float sum = 0.0F;
   for (const float lane : lanes) sum += lane;
-  for (std::size_t i = 0; i < kLanes; i += hn::Lanes(d)) {
-    hn::Store(WeightsAt(d, c, a, whole + i, rule), d, lanes + i);
-  }
-  for (std::size_t b = whole; b < c.rows; ++b) sum += lanes[b - whole];
+  for (std::size_t b = whole; b < c.rows; ++b) sum += last[b - whole];
   return sum;
 }
 
@@ -142,43 +156,32 @@ void SumReliabilities(const ColumnView& c, const CompatibilityRule& rule, std::s
 
 /// Adds what the rows after `a`, but for those from `whole` on, have in common with it: to `lanes`
 /// by their own number, and to their own sums in the lane of `a`, whose columns begin at `of_rows`.
-HWY_INLINE void AddLater(const ColumnView& c, const CompatibilityRule& rule,
-                         const RootlessTest& test, std::size_t a, std::size_t whole, float* lanes,
-                         float* of_rows) {
-  const Sums d;
-  for (std::size_t b = (a + 1) / kChunk * kChunk; b < whole; b += kChunk) {
-    const std::uint32_t bits = MayAgreeBits(c, a, b, test);
-    if (bits == 0) continue;
-    for (std::size_t i = 0; i < kChunk && b + i < whole; i += hn::Lanes(d)) {
-      if (!AnyMarked(bits, i) || b + i + hn::Lanes(d) <= a + 1) continue;
-      auto weights = WeightsAt(d, c, a, b + i, rule);
-      if (b + i <= a) {
-        const std::size_t earlier = a + 1 - (b + i);
-        weights = hn::IfThenZeroElse(hn::FirstN(d, earlier), weights);
-      }
-      AddTo(weights, lanes + i % kLanes);
-      AddTo(weights, of_rows + b + i);
-    }
-  }
+HWY_INLINE void AddLater(const ColumnView& c, const CompatibilityRule& rule, std::size_t a,
+                         std::size_t whole, float* lanes, float* of_rows) {
+  const Wide d;
+  const std::size_t begin = (a + 1) / kChunk * kChunk;
+  ForWeights(c, rule, a, begin, whole, [&](hn::Vec<Wide> weights, std::size_t b, std::size_t lane) {
+    if (b + hn::Lanes(d) <= a + 1) return;
+    if (b <= a) weights = hn::IfThenZeroElse(hn::FirstN(d, a + 1 - b), weights);
+    AddTo(weights, lanes + lane);
+    hn::StoreU(hn::Add(hn::LoadU(d, of_rows + b), weights), d, of_rows + b);
+  });
 }
 
 /// `sums`: kLanes columns of `stride`, zeros. Rows ascend, so every lane of every row is summed in
 /// the order of SumReliability.
 void SumAllReliabilities(const ColumnView& c, const CompatibilityRule& rule, std::size_t stride,
                          float* HWY_RESTRICT sums, float* HWY_RESTRICT out) {
-  const Sums d;
-  const RootlessTest test(rule.limit_m);
   const std::size_t whole = c.rows - c.rows % kLanes;
   for (std::size_t a = 0; a < c.rows; ++a) {
     HWY_ALIGN float lanes[kLanes];
     HWY_ALIGN float last[kLanes];
     float* of_rows = sums + a % kLanes * stride;
     for (std::size_t k = 0; k < kLanes; ++k) lanes[k] = sums[k * stride + a];
-    if (a < whole) AddLater(c, rule, test, a, whole, lanes, of_rows);
-    for (std::size_t i = 0; i < kLanes; i += hn::Lanes(d)) {
-      const auto weights = WeightsAt(d, c, a, whole + i, rule);
-      hn::Store(weights, d, last + i);
-      if (a < whole) AddTo(weights, of_rows + whole + i);
+    if (a < whole) AddLater(c, rule, a, whole, lanes, of_rows);
+    StoreLast(c, rule, a, whole, last);
+    if (a < whole) {
+      for (std::size_t k = 0; k < kLanes; ++k) of_rows[whole + k] += last[k];
     }
     float sum = 0.0F;
     for (const float lane : lanes) sum += lane;
@@ -187,19 +190,14 @@ void SumAllReliabilities(const ColumnView& c, const CompatibilityRule& rule, std
   }
 }
 
-/// Appends the rows from `b` on whose lane is set.
+/// Appends the rows from `b` on whose lane is set, without branches; writes whole vectors.
 template <class D>
 HWY_INLINE std::size_t Append(D d, hn::Mask<D> mask, std::size_t b, std::size_t count,
                               std::uint32_t* found) {
-  if (hn::AllFalse(d, mask)) return count;
-  std::uint8_t bytes[8] = {};
-  hn::StoreMaskBits(d, mask, bytes);
-  for (auto bits = static_cast<std::uint32_t>(bytes[0] | bytes[1] << 8); bits != 0;
-       bits &= bits - 1) {
-    found[count++] = static_cast<std::uint32_t>(b) +
-                     static_cast<std::uint32_t>(hwy::Num0BitsBelowLS1Bit_Nonzero32(bits));
-  }
-  return count;
+  const hn::Rebind<std::uint32_t, D> in_rows;
+  const auto rows = hn::Iota(in_rows, static_cast<std::uint32_t>(b));
+  hn::StoreU(hn::Compress(rows, hn::RebindMask(in_rows, mask)), in_rows, found + count);
+  return count + hn::CountTrue(d, mask);
 }
 
 std::size_t FindSameLength(const ColumnView& c, std::size_t a, std::size_t begin, float limit_m,
