@@ -39,16 +39,18 @@ struct EdgeEvaluator::Edge {
         target(c.target[i]),
         source_axis((c.source[j] - c.source[i]).normalized()),
         target_axis((c.target[j] - c.target[i]).normalized()),
-        middle_shift(0.5 * ((c.target[j] - c.target[i]) -
-                            (c.source[j] - c.source[i]).norm() * target_axis)) {}
+        middle_shift(
+            0.5 * ((c.target[j] - c.target[i]) - (c.source[j] - c.source[i]).norm() * target_axis)),
+        align(MinimalRotation(source_axis, target_axis)) {}
   Eigen::Vector3d source, target;            // of row i
   Eigen::Vector3d source_axis, target_axis;  // from i to j
   Eigen::Vector3d middle_shift;              // centres the length difference on both ends
+  Eigen::Matrix3d align;                     // takes the source's direction to the target's
 
   /// As the kernel sees it: across the edge, any two directions of the target.
   EdgeFrame Frame() const {
     const auto axis = [](const Eigen::Vector3d& v) { return EdgeFrame::Axis{v.x(), v.y(), v.z()}; };
-    const Eigen::Matrix3d back = MinimalRotation(source_axis, target_axis).transpose();
+    const Eigen::Matrix3d back = align.transpose();
     const Eigen::Vector3d u = target_axis.unitOrthogonal();
     const Eigen::Vector3d v = target_axis.cross(u);
     return {axis(source_axis),
@@ -62,7 +64,6 @@ struct EdgeEvaluator::Edge {
 
   /// The motion that lays the edge on its target and turns by `angle` about it.
   RigidTransform Motion(double angle) const {
-    const Eigen::Matrix3d align = MinimalRotation(source_axis, target_axis);
     const Eigen::Matrix3d turn = Eigen::AngleAxisd(angle, target_axis).toRotationMatrix();
     return {turn * align, target + turn * (middle_shift - align * source)};
   }
@@ -116,9 +117,7 @@ void EdgeEvaluator::CollectArcs(const Edge& edge, std::span<const std::uint32_t>
 int EdgeEvaluator::CountAt(double turn) {
   BeginCount();
   int distinct = 0;
-  for (const TurnArc& arc : arcs_) {
-    if (Contains(arc, turn) && IsNew(arc.id)) ++distinct;
-  }
+  for (const TurnArc& arc : arcs_) distinct += IsNewIf(Contains(arc, turn), arc.id);
   return distinct;
 }
 
@@ -126,33 +125,42 @@ int EdgeEvaluator::CountAt(double turn) {
 int EdgeEvaluator::DistinctIn(const RotationSectors::Run& run) {
   BeginCount();
   int distinct = 0;
-  for (const TurnArc& arc : arcs_) {
-    if (run.Touches(arc) && IsNew(arc.id)) ++distinct;
-  }
+  for (const TurnArc& arc : arcs_) distinct += IsNewIf(run.Touches(arc), arc.id);
   return distinct;
 }
 
-/// Whether every run of sectors lies near a known hypothesis that gathers no fewer than the run
-/// can.
-bool EdgeEvaluator::IsKnown(const Edge& edge, std::span<const RotationSectors::Run> runs,
-                            const KnownHypotheses& known) {
+/// Of these runs of sectors those whose arcs are of more than `bar` key points.
+void EdgeEvaluator::KeepPromising(std::span<const RotationSectors::Run> runs, int bar) {
+  promising_.clear();
+  most_in_.clear();
+  for (const RotationSectors::Run& run : runs) {
+    const int most = DistinctIn(run);
+    if (most <= bar) continue;
+    promising_.push_back(run);
+    most_in_.push_back(most);
+  }
+}
+
+/// Whether every promising run lies near a known hypothesis that gathers no fewer than the run can.
+bool EdgeEvaluator::IsKnown(const Edge& edge, const KnownHypotheses& known) const {
   constexpr double kRounding = 1e-6;
   if (known.hypotheses.empty()) return false;
-  return std::all_of(runs.begin(), runs.end(), [&](const RotationSectors::Run& run) {
-    const double begin = AngleOf(run.begin_turn());
-    const double end = AngleOf(run.end_turn());
+  for (std::size_t i = 0; i < promising_.size(); ++i) {
+    const double begin = AngleOf(promising_[i].begin_turn());
+    const double end = AngleOf(promising_[i].end_turn());
     const double half = 0.5 * (end - begin) + kRounding;
     if (half >= known.nearness.angle_rad) return false;
     const RigidTransform middle = edge.Motion(0.5 * (begin + end));
     const Eigen::Vector3d arm = middle * known.nearness.centroid - edge.target;
     const double lever_m = arm.cross(edge.target_axis).norm() + kRounding;
-    const int most = DistinctIn(run);
-    return std::any_of(known.hypotheses.begin(), known.hypotheses.end(),
-                       [&](const EdgeHypothesis& h) {
-                         return h.consensus >= most &&
-                                known.nearness.IsNear(h.target_from_source, middle, half, lever_m);
-                       });
-  });
+    const bool is_known =
+        std::any_of(known.hypotheses.begin(), known.hypotheses.end(), [&](const EdgeHypothesis& h) {
+          return h.consensus >= most_in_[i] &&
+                 known.nearness.IsNear(h.target_from_source, middle, half, lever_m);
+        });
+    if (!is_known) return false;
+  }
+  return true;
 }
 
 /// Tight reliability: the rotation that most arcs hold gives the hypothesis.
@@ -161,9 +169,9 @@ std::optional<EdgeHypothesis> EdgeEvaluator::Tight(const Edge& edge, int bar,
   if (sectors_.Count() <= bar) return std::nullopt;
   // The best rotation gathers no fewer than that in the middle of the fullest sectors.
   bar = std::max(bar, CountAt(sectors_.PeakTurn()) - 1);
-  const std::vector<RotationSectors::Run>& runs = sectors_.RunsAbove(bar);
-  if (IsKnown(edge, runs, known)) return std::nullopt;
-  const StabbingResult stabbed = stabber_.Stab(arcs_, runs);
+  KeepPromising(sectors_.RunsAbove(bar), bar);
+  if (promising_.empty() || IsKnown(edge, known)) return std::nullopt;
+  const StabbingResult stabbed = stabber_.Stab(arcs_, promising_);
   return EdgeHypothesis{edge.Motion(stabbed.angle), stabbed.count};
 }
 
@@ -194,7 +202,7 @@ std::optional<EdgeHypothesis> EdgeEvaluator::Upright(const Edge& edge, int bar,
   int distinct = 0;
   for (const std::uint32_t k : found) {
     if (LiesAlike(edge, k) && (motion * c_.source[k] - c_.target[k]).norm() < limit_m_ &&
-        IsNew(keypoint_[k])) {
+        IsNewIf(true, keypoint_[k]) != 0) {
       ++distinct;
     }
   }

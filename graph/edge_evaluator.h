@@ -44,9 +44,9 @@ struct KnownHypotheses {
 /// than a bar. Bounds from cheap to dear come first: rows that may lie alike with respect to the
 /// edge, those that some rotation about the edge can satisfy, and the most that one sector of
 /// rotations holds. What the fullest sector's middle gathers, in turn, rules out all sectors that
-/// hold less. Rotations are told apart without trigonometry (graph/turn_measure.h). Keeps its
-/// memory from edge to edge. Time O(K) per edge that a bound rejects, O(K + n log n) for n rows
-/// that pass.
+/// hold less, and so do the key points of all arcs that touch a run of sectors. Rotations are told
+/// apart without trigonometry (graph/turn_measure.h). Keeps its memory from edge to edge. Time O(K)
+/// per edge that a bound rejects, O(K + n log n) for n rows that pass.
 class EdgeEvaluator {
  public:
   /// `c` and `columns` (of `c`) must outlive it. `limit_m`: 2 l.
@@ -64,17 +64,17 @@ class EdgeEvaluator {
   void CollectArcs(const Edge& edge, std::span<const std::uint32_t> found);
   int CountAt(double turn);
   int DistinctIn(const RotationSectors::Run& run);
-  bool IsKnown(const Edge& edge, std::span<const RotationSectors::Run> runs,
-               const KnownHypotheses& known);
+  void KeepPromising(std::span<const RotationSectors::Run> runs, int bar);
+  bool IsKnown(const Edge& edge, const KnownHypotheses& known) const;
   std::optional<EdgeHypothesis> Tight(const Edge& edge, int bar, const KnownHypotheses& known);
   bool LiesAlike(const Edge& edge, std::uint32_t row) const;
   std::optional<EdgeHypothesis> Upright(const Edge& edge, int bar,
                                         std::span<const std::uint32_t> found);
-  /// Whether the row's key point is met for the first time since BeginCount.
-  bool IsNew(std::uint32_t keypoint) {
-    const bool is_new = seen_[keypoint] != count_;
-    seen_[keypoint] = count_;
-    return is_new;
+  /// 1 if the key point is met, and for the first time since BeginCount; without branches.
+  int IsNewIf(bool met, std::uint32_t keypoint) {
+    const std::uint32_t seen = seen_[keypoint];
+    seen_[keypoint] = met ? count_ : seen;
+    return static_cast<int>(met) & static_cast<int>(seen != count_);
   }
   void BeginCount() { ++count_; }
 
@@ -92,6 +92,8 @@ class EdgeEvaluator {
   std::vector<double> begins_, ends_;             // of the arcs
   std::vector<TurnArc> arcs_;                     // rotations that satisfy a row
   RotationSectors sectors_;                       // of the arcs
+  std::vector<RotationSectors::Run> promising_;   // runs of sectors that may hold more than the bar
+  std::vector<int> most_in_;                      // key points whose arcs touch each
   IntervalStabber stabber_;
 };
 

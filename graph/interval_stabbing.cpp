@@ -18,11 +18,23 @@ void IntervalStabber::Add(double from, double to, double begin, double end, std:
   if (to < end) events_.push_back({to, -1, id});
 }
 
-/// Sets the events of a run; returns how many ids are open where it begins.
-int IntervalStabber::Enter(std::span<const TurnArc> arcs, double begin, double end) {
+/// The arcs that touch the run, without branches: they follow no pattern.
+void IntervalStabber::Choose(std::span<const TurnArc> arcs, const RotationSectors::Run& run) {
+  touching_.resize(arcs.size());
+  std::size_t count = 0;
+  for (const TurnArc& arc : arcs) {
+    touching_[count] = arc;
+    count += run.Touches(arc) ? 1U : 0U;
+  }
+  touching_.resize(count);
+}
+
+/// Sets the events of a run that begins and ends there; returns how many ids are open where it
+/// begins.
+int IntervalStabber::Enter(double begin, double end) {
   events_.clear();
   int count = 0;
-  for (const TurnArc& arc : arcs) {
+  for (const TurnArc& arc : touching_) {
     if (arc.end < kFullTurn || arc.begin == 0.0) {
       Add(arc.begin, std::min(arc.end, kFullTurn), begin, end, arc.id, &count);
     } else {  // passes the full turn, or touches what begins at 0: cut there
@@ -45,7 +57,8 @@ StabbingResult IntervalStabber::Stab(std::span<const TurnArc> arcs,
   for (const RotationSectors::Run& run : runs) {
     const double end = run.end_turn();
     double changed = run.begin_turn();  // where count took its present value
-    int count = Enter(arcs, changed, end);
+    Choose(arcs, run);
+    int count = Enter(changed, end);
     if (count > best.count) best = {count, changed, end, true};
     for (const Event& event : events_) {
       int& depth = open_[event.id];
@@ -64,7 +77,7 @@ StabbingResult IntervalStabber::Stab(std::span<const TurnArc> arcs,
     }
     best.is_open = false;
     if (end == kFullTurn) tail_begin = changed, tail_count = count;
-    for (const TurnArc& arc : arcs) open_[arc.id] = 0;
+    for (const TurnArc& arc : touching_) open_[arc.id] = 0;
   }
   StabbingResult result;
   result.count = best.count;

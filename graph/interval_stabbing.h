@@ -36,11 +36,13 @@ class IntervalStabber {
     double begin = 0.0, end = 0.0;
     bool is_open = false;
   };
-  int Enter(std::span<const TurnArc> arcs, double begin, double end);
+  void Choose(std::span<const TurnArc> arcs, const RotationSectors::Run& run);
+  int Enter(double begin, double end);
   void Add(double from, double to, double begin, double end, std::uint32_t id, int* count);
 
-  std::vector<Event> events_;  // within a run
-  std::vector<int> open_;      // arcs of each id that are open; all zero between runs
+  std::vector<TurnArc> touching_;  // those of a run
+  std::vector<Event> events_;      // within a run
+  std::vector<int> open_;          // arcs of each id that are open; all zero between runs
 };
 
 }  // namespace backsight

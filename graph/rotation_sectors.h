@@ -21,8 +21,11 @@ class RotationSectors {
     double begin_turn() const { return kFullTurn * static_cast<double>(begin) / kCount; }
     double end_turn() const { return kFullTurn * static_cast<double>(end) / kCount; }
     bool Touches(const TurnArc& arc) const {
-      return (arc.begin < end_turn() && arc.end >= begin_turn()) ||
-             arc.end >= kFullTurn + begin_turn();
+      const double begin_at = begin_turn();
+      const int before_end = arc.begin <= end_turn() ? 1 : 0;
+      const int after_begin = arc.end >= begin_at ? 1 : 0;
+      const int once_more = arc.end >= kFullTurn + begin_at ? 1 : 0;
+      return ((before_end & after_begin) | once_more) != 0;  // without branches
     }
   };
 

@@ -29,7 +29,10 @@ struct TurnArc {
 
 /// Whether a turn in [0, kFullTurn] lies in the arc, ends included.
 inline bool Contains(const TurnArc& arc, double turn) {
-  return (turn >= arc.begin && turn <= arc.end) || turn + kFullTurn <= arc.end;
+  const int after_begin = turn >= arc.begin ? 1 : 0;
+  const int before_end = turn <= arc.end ? 1 : 0;
+  const int once_more = turn + kFullTurn <= arc.end ? 1 : 0;
+  return ((after_begin & before_end) | once_more) != 0;  // without branches
 }
 
 }  // namespace backsight
