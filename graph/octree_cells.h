@@ -12,6 +12,7 @@ namespace backsight {
 /// (VoxelLattice::Pack of the lattice that is eight times as fine), which holds its root cell's.
 struct OctreeCells {
   static constexpr int kDepth = 3;
+  static constexpr std::size_t kPaths = std::size_t{1} << (3 * kDepth);
   /// Names the cell's root; ascends with x, then y, then z.
   static std::uint64_t Root(std::uint64_t subcell) {
     constexpr std::uint64_t kField = 0x1FFFFFU >> kDepth;

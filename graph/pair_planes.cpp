@@ -10,10 +10,7 @@ namespace backsight {
 namespace {
 
 constexpr std::uint32_t kAlone = ~0U;
-
-bool ByPath(const PathEntry& a, const PathEntry& b) {
-  return a.path != b.path ? a.path < b.path : a.cluster < b.cluster;
-}
+constexpr std::uint64_t kNoRoot = ~std::uint64_t{0};
 
 }  // namespace
 
@@ -77,28 +74,55 @@ class PairPlaneSearch::Descent {
 };
 
 PairPlaneSearch::PairPlaneSearch(const PlaneTree& first, const ClusterList& second)
-    : first_(first), second_(second), columns_(second), places_(second.size()) {}
+    : first_(first),
+      second_(second),
+      columns_(second),
+      roots_(second.size(), kNoRoot),
+      places_(second.size(), kAlone) {}
 
-/// Gathers the clusters in the first station's root cells.
-void PairPlaneSearch::SortIntoRoots() {
+/// Finds the clusters' root cells among the first station's, and counts what is in each. Most are
+/// those of the last search.
+void PairPlaneSearch::FindRoots() {
   begins_.assign(first_.roots() + 1, 0);
-  std::uint64_t last_key = ~std::uint64_t{0};
+  std::uint64_t last_root = kNoRoot;
   std::uint32_t place = kAlone;
   for (std::size_t i = 0; i < columns_.size(); ++i) {
-    const std::uint64_t key = OctreeCells::Root(columns_.keys()[i]);
-    if (key != last_key) {  // clusters come by their voxels: many follow one of their own
-      last_key = key;
-      place = first_.FindRoot(key).value_or(kAlone);
+    const std::uint64_t root = OctreeCells::Root(columns_.keys()[i]);
+    if (root != roots_[i]) {
+      if (root != last_root) {  // clusters come by their voxels: many follow one of their own
+        last_root = root;
+        place = first_.FindRoot(root).value_or(kAlone);
+      }
+      roots_[i] = root;
+      places_[i] = place;
     }
-    places_[i] = place;
-    if (place != kAlone) ++begins_[place + 1];
+    if (places_[i] != kAlone) ++begins_[places_[i] + 1];
   }
   std::partial_sum(begins_.begin(), begins_.end(), begins_.begin());
-  entries_.resize(begins_.back());
+}
+
+/// The clusters in the first station's root cells, by path and number.
+void PairPlaneSearch::SortByPath() {
+  std::array<std::uint32_t, OctreeCells::kPaths + 1> next{};
+  for (std::uint32_t i = 0; i < columns_.size(); ++i) {
+    if (places_[i] != kAlone) ++next[OctreeCells::Path(columns_.keys()[i]) + 1];
+  }
+  std::partial_sum(next.begin(), next.end(), next.begin());
+  by_path_.resize(begins_.back());
   for (std::uint32_t i = 0; i < columns_.size(); ++i) {
     if (places_[i] == kAlone) continue;
-    entries_[begins_[places_[i]]++] = {i, OctreeCells::Path(columns_.keys()[i])};
+    const std::uint32_t path = OctreeCells::Path(columns_.keys()[i]);
+    by_path_[next[path]++] = {i, path};
   }
+}
+
+/// Gathers the clusters in the first station's root cells. Sorted first by path and then, keeping
+/// that order, by root, they need not be compared.
+void PairPlaneSearch::SortIntoRoots() {
+  FindRoots();
+  SortByPath();
+  entries_.resize(by_path_.size());
+  for (const PathEntry& entry : by_path_) entries_[begins_[places_[entry.cluster]]++] = entry;
   // Every begin has moved on to the next one.
   std::rotate(begins_.begin(), begins_.end() - 1, begins_.end());
   begins_.front() = 0;
@@ -115,7 +139,6 @@ std::vector<PlaneAssociation> PairPlaneSearch::Find(const RigidTransform& lattic
     const auto cell =
         std::span(entries_).subspan(begins_[place], begins_[place + 1] - begins_[place]);
     if (cell.empty()) continue;
-    std::sort(cell.begin(), cell.end(), ByPath);
     descent.Split(first_.Root(place), cell, OctreeCells::RootCell(first_.RootKey(place)), 0);
   }
   return planes;

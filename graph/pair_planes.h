@@ -24,13 +24,17 @@ class PairPlaneSearch {
 
  private:
   class Descent;
+  void FindRoots();
+  void SortByPath();
   void SortIntoRoots();
 
   const PlaneTree& first_;
   ClusterList second_;
   SubcellColumns columns_;
+  std::vector<std::uint64_t> roots_;   // of each cluster in the last search
   std::vector<std::uint32_t> places_;  // of each cluster's root among the first's
   std::vector<std::uint32_t> begins_;  // of each root's entries
+  std::vector<PathEntry> by_path_;     // by path and cluster
   std::vector<PathEntry> entries_;     // by root, path and cluster
 };
 

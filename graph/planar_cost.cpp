@@ -11,13 +11,18 @@
 namespace backsight {
 namespace {
 
+/// An observation's points at the current poses, world. A pair's target stands at the origin.
+PointCluster InWorld(const PlaneObservation& o, std::span<const RigidTransform> poses) {
+  const RigidTransform& pose = poses[static_cast<std::size_t>(o.station)];
+  const bool is_identity =
+      pose.translation == Eigen::Vector3d::Zero() && pose.rotation == Eigen::Matrix3d::Identity();
+  return is_identity ? o.cluster : Transformed(pose.rotation, pose.translation, o.cluster);
+}
+
 /// The cluster of all points of a plane at the current poses, world.
 PointCluster JointCluster(const WeightedPlane& plane, std::span<const RigidTransform> poses) {
   PointCluster joint;
-  for (const PlaneObservation& o : plane.observations) {
-    const RigidTransform& pose = poses[static_cast<std::size_t>(o.station)];
-    joint += Transformed(pose.rotation, pose.translation, o.cluster);
-  }
+  for (const PlaneObservation& o : plane.observations) joint += InWorld(o, poses);
   return joint;
 }
 
@@ -94,8 +99,7 @@ void SetTerms(const WeightedPlane& plane, std::span<const RigidTransform> poses,
   terms->parts.resize(plane.observations.size());
   for (std::size_t j = 0; j < terms->parts.size(); ++j) {
     const PlaneObservation& o = plane.observations[j];
-    const RigidTransform& pose = poses[static_cast<std::size_t>(o.station)];
-    const PointCluster cluster = Transformed(pose.rotation, pose.translation, o.cluster);
+    const PointCluster cluster = InWorld(o, poses);
     const Eigen::Vector3d offset = cluster.mean - joint.mean;
     const Eigen::Vector3d v = cluster.count * offset;
     const Eigen::Matrix3d moment = cluster.scatter + v * offset.transpose();

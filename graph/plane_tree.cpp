@@ -95,18 +95,18 @@ void PlaneTree::AddChildren(std::uint32_t node, std::span<const PathEntry> entri
 }
 
 void PlaneTree::MakeSlots() {
-  slots_.assign(std::bit_ceil(2 * root_keys_.size() + 1), kNone);
+  slots_.assign(std::bit_ceil(2 * root_keys_.size() + 1), {});
   for (std::uint32_t place = 0; place < root_keys_.size(); ++place) {
     std::size_t slot = Slot(root_keys_[place]);
-    while (slots_[slot] != kNone) slot = (slot + 1) & (slots_.size() - 1);
-    slots_[slot] = place;
+    while (slots_[slot].place != kNone) slot = (slot + 1) & (slots_.size() - 1);
+    slots_[slot] = {root_keys_[place], place};
   }
 }
 
 std::optional<std::uint32_t> PlaneTree::FindRoot(std::uint64_t key) const {
   for (std::size_t slot = Slot(key);; slot = (slot + 1) & (slots_.size() - 1)) {
-    if (slots_[slot] == kNone) return std::nullopt;
-    if (root_keys_[slots_[slot]] == key) return slots_[slot];
+    if (slots_[slot].place == kNone) return std::nullopt;
+    if (slots_[slot].key == key) return slots_[slot].place;
   }
 }
 

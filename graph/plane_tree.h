@@ -55,7 +55,11 @@ class PlaneTree {
   std::vector<Node> nodes_;
   std::vector<std::uint64_t> root_keys_;  // ascending
   std::vector<std::uint32_t> root_nodes_;
-  std::vector<std::uint32_t> slots_;  // places of roots by the hash of their keys
+  struct KeySlot {
+    std::uint64_t key = 0;
+    std::uint32_t place = kNone;
+  };
+  std::vector<KeySlot> slots_;  // places of roots by the hash of their keys
 };
 
 }  // namespace backsight
