@@ -79,12 +79,15 @@ DescriptorGridScale MakeGridScale(std::span<const FpfhDescriptor> a,
   return scale;
 }
 
+DescriptorGrid::DescriptorGrid(std::size_t size)
+    : size_(size),
+      stride_((size + kGridPadding - 1) / kGridPadding * kGridPadding),
+      pairs_(stride_ * kDescriptorPairs, 0),
+      half_squares_(stride_, 0) {}
+
 DescriptorGrid::DescriptorGrid(std::span<const FpfhDescriptor> descriptors,
                                const DescriptorGridScale& scale)
-    : size_(descriptors.size()),
-      stride_((descriptors.size() + kGridPadding - 1) / kGridPadding * kGridPadding),
-      pairs_(stride_ * kDescriptorPairs, 0),
-      half_squares_(stride_, 0) {
+    : DescriptorGrid(descriptors.size()) {
   double largest_error2 = 0.0;
   double largest_offset2 = 0.0;
   for (std::size_t i = 0; i < size_; ++i) {
@@ -107,6 +110,20 @@ DescriptorGrid::DescriptorGrid(std::span<const FpfhDescriptor> descriptors,
   }
   largest_error_ = std::sqrt(largest_error2);
   largest_offset_ = std::sqrt(largest_offset2) * scale.steps_per_unit;
+}
+
+DescriptorGrid DescriptorGrid::Chosen(std::span<const std::uint32_t> places) const {
+  DescriptorGrid chosen(places.size());
+  chosen.largest_error_ = largest_error_;
+  chosen.largest_offset_ = largest_offset_;
+  for (std::size_t i = 0; i < places.size(); ++i)
+    chosen.half_squares_[i] = half_squares_[places[i]];
+  for (std::size_t p = 0; p < kDescriptorPairs; ++p) {
+    const std::int32_t* from = pairs_.data() + p * stride_;
+    std::int32_t* to = chosen.pairs_.data() + p * chosen.stride_;
+    for (std::size_t i = 0; i < places.size(); ++i) to[i] = from[places[i]];
+  }
+  return chosen;
 }
 
 }  // namespace backsight

@@ -25,6 +25,9 @@ class DescriptorGrid {
  public:
   DescriptorGrid(std::span<const FpfhDescriptor> descriptors, const DescriptorGridScale& scale);
 
+  /// Those at these places, in their order; the largest error and offset stay those of all.
+  DescriptorGrid Chosen(std::span<const std::uint32_t> places) const;
+
   GridView view() const { return {pairs_.data(), half_squares_.data(), size_, stride_}; }
   /// By how much rounding has moved any of the descriptors, at most, in steps.
   double largest_error() const { return largest_error_; }
@@ -32,6 +35,7 @@ class DescriptorGrid {
   double largest_offset() const { return largest_offset_; }
 
  private:
+  explicit DescriptorGrid(std::size_t size);
   std::size_t size_;
   std::size_t stride_;
   std::vector<std::int32_t> pairs_;

@@ -1,5 +1,7 @@
 #include "stages/descriptor_kernels.h"
 
+#include <limits>
+
 // Sums of products of 16 bits in one instruction, where there is one.
 #define HWY_WANT_AVX3_DL
 
@@ -87,10 +89,10 @@ HWY_INLINE void KeepLargest(Ints value, std::int32_t* out) {
   hn::StoreU(hn::Max(value, hn::LoadU(d, out)), d, out);
 }
 
-void Seeds(const GridView& rows, std::size_t row, const GridView& columns, std::size_t end,
-           std::int32_t* out) {
+void Seeds(const GridView& rows, std::size_t row, const GridView& columns, std::size_t begin,
+           std::size_t end, std::int32_t* out) {
   const std::size_t lanes = hn::Lanes(Tag());
-  for (std::size_t j = 0; j < end; j += 2 * lanes) {
+  for (std::size_t j = begin; j < end; j += 2 * lanes) {
     const Block sum = Multiply(rows, row, columns, j);
     std::int32_t* a = out + j % kSeedClasses;
     std::int32_t* b = out + (j + lanes) % kSeedClasses;
@@ -103,6 +105,47 @@ void Seeds(const GridView& rows, std::size_t row, const GridView& columns, std::
     KeepLargest(sum.a3, a + 3 * kSeedClasses);
     KeepLargest(sum.b3, b + 3 * kSeedClasses);
   }
+}
+
+/// The closest column of each lane.
+struct Closest {
+  Ints value, column;
+
+  HWY_INLINE void Offer(Ints offered, Ints its_column) {
+    const auto closer = hn::Gt(offered, value);
+    value = hn::Max(value, offered);
+    column = hn::IfThenElse(closer, its_column, column);
+  }
+  HWY_INLINE std::uint32_t OfAll() const {
+    HWY_ALIGN std::int32_t values[kSeedClasses];
+    HWY_ALIGN std::int32_t numbers[kSeedClasses];
+    hn::Store(value, Tag(), values);
+    hn::Store(column, Tag(), numbers);
+    std::size_t best = 0;
+    for (std::size_t i = 1; i < hn::Lanes(Tag()); ++i) {
+      const bool tied = values[i] == values[best] && numbers[i] < numbers[best];
+      if (values[i] > values[best] || tied) best = i;
+    }
+    return static_cast<std::uint32_t>(numbers[best]);
+  }
+};
+
+void ClosestColumns(const GridView& rows, std::size_t row, const GridView& columns,
+                    std::uint32_t* out) {
+  const Tag d;
+  const std::size_t lanes = hn::Lanes(d);
+  const Closest none{hn::Set(d, std::numeric_limits<std::int32_t>::min()), hn::Zero(d)};
+  Closest r0 = none, r1 = none, r2 = none, r3 = none;
+  for (std::size_t j = 0; j < columns.size; j += 2 * lanes) {
+    const Block sum = Multiply(rows, row, columns, j);
+    const Ints a = hn::Iota(d, static_cast<std::int32_t>(j));
+    const Ints b = hn::Iota(d, static_cast<std::int32_t>(j + lanes));
+    r0.Offer(sum.a0, a), r0.Offer(sum.b0, b);
+    r1.Offer(sum.a1, a), r1.Offer(sum.b1, b);
+    r2.Offer(sum.a2, a), r2.Offer(sum.b2, b);
+    r3.Offer(sum.a3, a), r3.Offer(sum.b3, b);
+  }
+  out[0] = r0.OfAll(), out[1] = r1.OfAll(), out[2] = r2.OfAll(), out[3] = r3.OfAll();
 }
 
 /// How far the closest pair of each lane is within its row's limit or its column's; negative where
@@ -198,18 +241,23 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 #include <algorithm>
-#include <limits>
 
 namespace backsight {
 
 HWY_EXPORT(Seeds);
+HWY_EXPORT(ClosestColumns);
 HWY_EXPORT(Close);
 HWY_EXPORT(Distances);
 
-void FindSeeds(const GridView& rows, std::size_t row, const GridView& columns, std::size_t end,
-               std::span<std::int32_t> out) {
+void FindSeeds(const GridView& rows, std::size_t row, const GridView& columns, std::size_t begin,
+               std::size_t end, std::span<std::int32_t> out) {
   std::fill(out.begin(), out.end(), std::numeric_limits<std::int32_t>::min());
-  HWY_DYNAMIC_DISPATCH(Seeds)(rows, row, columns, end, out.data());
+  HWY_DYNAMIC_DISPATCH(Seeds)(rows, row, columns, begin, end, out.data());
+}
+
+void FindClosest(const GridView& rows, std::size_t row, const GridView& columns,
+                 std::span<std::uint32_t, kRowBlock> out) {
+  HWY_DYNAMIC_DISPATCH(ClosestColumns)(rows, row, columns, out.data());
 }
 
 std::size_t FindClose(const GridView& rows, std::size_t row, const GridView& columns,

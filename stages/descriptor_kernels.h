@@ -23,10 +23,15 @@ inline constexpr std::size_t kGridPadding = 32;
 inline constexpr std::size_t kSeedClasses = 16;
 
 /// For each of kRowBlock rows from `row` on and each class of columns, j modulo kSeedClasses, the
-/// closest of the columns before `end`, a multiple of kGridPadding that is no more than `size`:
+/// closest of the columns [begin, end), multiples of kGridPadding no more than `size`:
 /// out[kSeedClasses * r + class] = -h, D / 2 - 1 <= h <= D / 2. The same on all instruction sets.
-void FindSeeds(const GridView& rows, std::size_t row, const GridView& columns, std::size_t end,
-               std::span<std::int32_t> out);
+void FindSeeds(const GridView& rows, std::size_t row, const GridView& columns, std::size_t begin,
+               std::size_t end, std::span<std::int32_t> out);
+
+/// For each of kRowBlock rows from `row` on the closest column, equal ones by number. The columns'
+/// size is a multiple of kGridPadding. The same on all instruction sets.
+void FindClosest(const GridView& rows, std::size_t row, const GridView& columns,
+                 std::span<std::uint32_t, kRowBlock> out);
 
 struct GridPair {
   std::uint32_t row;

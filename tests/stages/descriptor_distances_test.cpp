@@ -9,7 +9,7 @@
 #include <span>
 
 #include "core/random.h"
-#include "stages/descriptor_kernels.h"
+#include "stages/descriptor_groups.h"
 #include "stages/matching.h"
 #include "tests/support/instruction_sets.h"
 
@@ -110,6 +110,7 @@ TEST(MatchDescriptors, EqualsBruteForceForEverySize) {
   ExpectReferenceMatches(FineDescriptors(1, 700), FineDescriptors(2, 530), 1);
   ExpectReferenceMatches(FineDescriptors(3, 257), FineDescriptors(4, 770), 50);
   ExpectReferenceMatches(FineDescriptors(5, 1030), FineDescriptors(6, 1500), 5);
+  ExpectReferenceMatches(FineDescriptors(7, 150), FineDescriptors(8, 4500), 5);
   EXPECT_TRUE(MatchDescriptors({}, FineDescriptors(5, 4), {}).empty());
   EXPECT_TRUE(MatchDescriptors(FineDescriptors(5, 4), {}, {}).empty());
 }
@@ -137,6 +138,58 @@ TEST(FindNearestDescriptors, EqualDistancesGoToTheLowerIndex) {
         EXPECT_EQ(back[i].index, of_target[i / kNearest][i % kNearest]) << name;
       }
     });
+  }
+}
+
+/// a.b - |a|^2 / 2 - |b|^2 / 2 on the grid: the greater, the closer.
+std::int64_t Closeness(const GridView& a, std::size_t i, const GridView& b, std::size_t j) {
+  std::int64_t sum = -std::int64_t{a.half_squares[i]} - b.half_squares[j];
+  for (std::size_t pair = 0; pair < kDescriptorPairs; ++pair) {
+    const auto x = static_cast<std::uint32_t>(a.pairs[pair * a.stride + i]);
+    const auto y = static_cast<std::uint32_t>(b.pairs[pair * b.stride + j]);
+    sum += static_cast<std::int16_t>(x) * static_cast<std::int16_t>(y) +
+           static_cast<std::int16_t>(x >> 16U) * static_cast<std::int16_t>(y >> 16U);
+  }
+  return sum;
+}
+
+TEST(DescriptorGroups, SortsByTheClosestPivot) {
+  const auto descriptors = Histograms(1, 701, 50);
+  const DescriptorGrid grid(descriptors, MakeGridScale(descriptors, descriptors));
+  const DescriptorGrid pivots = ChoosePivots(grid);
+  const GridView p = pivots.view();
+  ForEachInstructionSet([&](const std::string& name) {
+    const DescriptorGroups groups(grid, pivots);
+    std::vector<std::uint32_t> order = groups.order();
+    for (std::size_t i = 0; i < order.size(); ++i) {
+      std::size_t closest = 0;
+      for (std::size_t j = 1; j < p.size; ++j) {
+        if (Closeness(grid.view(), order[i], p, j) > Closeness(grid.view(), order[i], p, closest)) {
+          closest = j;
+        }
+      }
+      EXPECT_EQ(groups.PivotOf(i), closest) << name;
+      EXPECT_TRUE(i == 0 || groups.PivotOf(i - 1) <= closest);
+      EXPECT_EQ(Closeness(groups.grid().view(), i, p, 0), Closeness(grid.view(), order[i], p, 0));
+    }
+    std::sort(order.begin(), order.end());
+    for (std::size_t i = 0; i < order.size(); ++i) EXPECT_EQ(order[i], i);
+  });
+}
+
+TEST(DescriptorGroups, ColumnsAroundAPivotAreWholeAndEnough) {
+  for (const std::size_t size : {1U, 31U, 32U, 100U, 700U, 2000U}) {
+    const auto descriptors = Histograms(size, size, 10000);
+    const DescriptorGrid grid(descriptors, MakeGridScale(descriptors, descriptors));
+    const DescriptorGroups groups(grid, ChoosePivots(grid));
+    const std::size_t whole = size / kGridPadding * kGridPadding;
+    for (std::size_t pivot = 0; pivot < kGridPadding; ++pivot) {
+      const ColumnRange range = groups.Around(pivot);
+      EXPECT_EQ(range.begin % kGridPadding, 0U);
+      EXPECT_EQ(range.end % kGridPadding, 0U);
+      EXPECT_LE(range.end, whole);
+      EXPECT_GE(range.end - range.begin, std::min<std::size_t>(128, whole));
+    }
   }
 }
 
