@@ -28,8 +28,12 @@ void FitPlanes(std::span<const PointCluster> clusters, bool normals, std::span<P
       elements[4][i] = covariance(2, 1);
       elements[5][i] = covariance(2, 2);
     }
-    FindEigenvalues(matrices.data(), count, begins(values).data());
-    if (normals) FindLeastDirections(matrices.data(), count, begins(directions).data());
+    if (normals) {
+      FindEigenvaluesAndDirections(matrices.data(), count, begins(values).data(),
+                                   begins(directions).data());
+    } else {
+      FindEigenvalues(matrices.data(), count, begins(values).data());
+    }
     for (std::size_t i = 0; i < count; ++i) {
       PlaneFit& fit = fits[begin + i];
       fit.eigenvalues = {values[0][i], values[1][i], values[2][i]};

@@ -12,9 +12,9 @@ void PlaneJudge::Erase(std::size_t i) {
 
 /// Leaves the stations that see one plane in the cell, moved to the world and with their normals.
 void PlaneJudge::KeepPlanar() {
-  world_ = locals_;
   fits_.resize(size());
-  FitPlanes(locals_, /*normals=*/false, fits_);
+  FitPlanes(locals_, /*normals=*/true, fits_);
+  world_ = locals_;
   for (std::size_t i = size(); i-- > 0;) {
     if (!IsPlanar(fits_[i], options_)) Erase(i);
   }
@@ -22,8 +22,8 @@ void PlaneJudge::KeepPlanar() {
   for (std::size_t i = 0; i < size(); ++i) {
     const RigidTransform& pose = poses_[stations_[i]];
     world_[i] = Transformed(pose.rotation, pose.translation, locals_[i]);
+    fits_[i].normal = pose.rotation * fits_[i].normal;
   }
-  FitPlanes(world_, /*normals=*/true, fits_);
 }
 
 /// How far station i is from the joint plane, in units of what is allowed; below 1 it agrees.

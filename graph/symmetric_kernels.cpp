@@ -152,29 +152,44 @@ HWY_INLINE Vector LowAcross(const Split& s) {
                      hn::Add(hn::Mul(along_u, s.u.z), hn::Mul(along_w, s.w.z))});
 }
 
-/// `eigenvalues`: columns, ascending.
-void AllEigenvalues(const double* const* matrices, std::size_t count, double* const* eigenvalues) {
+/// Columns, ascending.
+HWY_INLINE void StoreEigenvalues(const Split& s, std::size_t i, double* const* eigenvalues) {
   const Tag d;
-  for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
-    const Split s = SplitOff(LoadMatrix(matrices, i));
-    const Doubles low = hn::Sub(s.mean, s.radius);
-    const Doubles high = hn::Add(s.mean, s.radius);
-    hn::StoreU(hn::IfThenElse(s.is_low, s.apart, low), d, eigenvalues[0] + i);
-    hn::StoreU(hn::IfThenElse(s.is_low, low, high), d, eigenvalues[1] + i);
-    hn::StoreU(hn::IfThenElse(s.is_low, high, s.apart), d, eigenvalues[2] + i);
+  const Doubles low = hn::Sub(s.mean, s.radius);
+  const Doubles high = hn::Add(s.mean, s.radius);
+  hn::StoreU(hn::IfThenElse(s.is_low, s.apart, low), d, eigenvalues[0] + i);
+  hn::StoreU(hn::IfThenElse(s.is_low, low, high), d, eigenvalues[1] + i);
+  hn::StoreU(hn::IfThenElse(s.is_low, high, s.apart), d, eigenvalues[2] + i);
+}
+
+/// Columns of x, y and z.
+HWY_INLINE void StoreLeastDirections(const Split& s, std::size_t i, double* const* directions) {
+  const Tag d;
+  const Vector direction = Select(s.is_low, s.axis, LowAcross(s));
+  hn::StoreU(direction.x, d, directions[0] + i);
+  hn::StoreU(direction.y, d, directions[1] + i);
+  hn::StoreU(direction.z, d, directions[2] + i);
+}
+
+void AllEigenvalues(const double* const* matrices, std::size_t count, double* const* eigenvalues) {
+  for (std::size_t i = 0; i < count; i += hn::Lanes(Tag())) {
+    StoreEigenvalues(SplitOff(LoadMatrix(matrices, i)), i, eigenvalues);
   }
 }
 
-/// `directions`: columns of x, y and z.
 void AllLeastDirections(const double* const* matrices, std::size_t count,
                         double* const* directions) {
-  const Tag d;
-  for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
+  for (std::size_t i = 0; i < count; i += hn::Lanes(Tag())) {
+    StoreLeastDirections(SplitOff(LoadMatrix(matrices, i)), i, directions);
+  }
+}
+
+void Both(const double* const* matrices, std::size_t count, double* const* eigenvalues,
+          double* const* directions) {
+  for (std::size_t i = 0; i < count; i += hn::Lanes(Tag())) {
     const Split s = SplitOff(LoadMatrix(matrices, i));
-    const Vector direction = Select(s.is_low, s.axis, LowAcross(s));
-    hn::StoreU(direction.x, d, directions[0] + i);
-    hn::StoreU(direction.y, d, directions[1] + i);
-    hn::StoreU(direction.z, d, directions[2] + i);
+    StoreEigenvalues(s, i, eigenvalues);
+    StoreLeastDirections(s, i, directions);
   }
 }
 
@@ -187,6 +202,7 @@ namespace backsight {
 
 HWY_EXPORT(AllEigenvalues);
 HWY_EXPORT(AllLeastDirections);
+HWY_EXPORT(Both);
 
 void FindEigenvalues(const double* const* matrices, std::size_t count, double* const* eigenvalues) {
   HWY_DYNAMIC_DISPATCH(AllEigenvalues)(matrices, count, eigenvalues);
@@ -195,6 +211,11 @@ void FindEigenvalues(const double* const* matrices, std::size_t count, double* c
 void FindLeastDirections(const double* const* matrices, std::size_t count,
                          double* const* directions) {
   HWY_DYNAMIC_DISPATCH(AllLeastDirections)(matrices, count, directions);
+}
+
+void FindEigenvaluesAndDirections(const double* const* matrices, std::size_t count,
+                                  double* const* eigenvalues, double* const* directions) {
+  HWY_DYNAMIC_DISPATCH(Both)(matrices, count, eigenvalues, directions);
 }
 
 }  // namespace backsight

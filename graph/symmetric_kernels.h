@@ -20,4 +20,8 @@ void FindEigenvalues(const double* const* matrices, std::size_t count, double* c
 void FindLeastDirections(const double* const* matrices, std::size_t count,
                          double* const* directions);
 
+/// Both, with the same bits, in little more than the time of one.
+void FindEigenvaluesAndDirections(const double* const* matrices, std::size_t count,
+                                  double* const* eigenvalues, double* const* directions);
+
 }  // namespace backsight
