@@ -96,9 +96,11 @@ struct Damping {
 
 }  // namespace
 
-PlanarAdjustmentResult AdjustPlanes(const PlanarProblem& problem,
+PlanarAdjustmentResult AdjustPlanes(const PlanarProblem& whole,
                                     std::span<const RigidTransform> start, int fixed_station,
                                     const PlanarAdjustmentOptions& options) {
+  PlanarProblem problem = whole;
+  problem.unneeded_station = fixed_station;
   PlanarAdjustmentResult result;
   result.poses.assign(start.begin(), start.end());
   NormalEquationsAssembler assembler;

@@ -29,7 +29,8 @@ struct PlanarAdjustmentResult {
   double final_cost = 0.0;
   int iterations = 0;  ///< accepted and rejected Levenberg-Marquardt steps
   int anderson_accepted = 0;
-  /// Gauss-Newton matrix at the result, 6 rows per station, without damping, with all observations.
+  /// Gauss-Newton matrix at the result, 6 rows per station, without damping, with all observations;
+  /// planes leave the rows and columns of the fixed station zero.
   Eigen::MatrixXd information;
 };
 

@@ -87,9 +87,11 @@ Eigen::Matrix<double, 3, 2> InverseWidths(const Eigen::Matrix3d& covariance,
   return axes;
 }
 
-/// The plane's terms from the cluster of all its points, and their fit.
+/// The plane's terms from the cluster of all its points, and their fit; but for the parts of
+/// `unneeded_station`.
 void SetTerms(const WeightedPlane& plane, std::span<const RigidTransform> poses,
-              const PointCluster& joint, const PlaneFit& fit, PlaneTerms* terms) {
+              int unneeded_station, const PointCluster& joint, const PlaneFit& fit,
+              PlaneTerms* terms) {
   // Symbols as in docs/stages/fine_registration.md, with the joint centroid as origin.
   const Eigen::Vector3d& u = fit.normal;
   const double n = joint.count;
@@ -99,12 +101,13 @@ void SetTerms(const WeightedPlane& plane, std::span<const RigidTransform> poses,
   terms->parts.resize(plane.observations.size());
   for (std::size_t j = 0; j < terms->parts.size(); ++j) {
     const PlaneObservation& o = plane.observations[j];
+    terms->parts[j].station = o.station;
+    if (o.station == unneeded_station) continue;
     const PointCluster cluster = InWorld(o, poses);
     const Eigen::Vector3d offset = cluster.mean - joint.mean;
     const Eigen::Vector3d v = cluster.count * offset;
     const Eigen::Matrix3d moment = cluster.scatter + v * offset.transpose();
     PlaneTerms::Part& part = terms->parts[j];
-    part.station = o.station;
     part.gradient = scale * AboutOrigin((moment * u).cross(u), v.dot(u) * u, joint.mean);
     part.held = scale * HeldPlaneMatrix(moment, v, cluster.count, u, joint.mean);
     const double root = std::sqrt(scale / n);
@@ -124,7 +127,7 @@ PlaneTerms ComputePlaneTerms(const WeightedPlane& plane, std::span<const RigidTr
   PlaneFit fit;
   FitPlanes(std::span(&joint, 1), /*normals=*/true, std::span(&fit, 1));
   PlaneTerms terms;
-  SetTerms(plane, poses, joint, fit, &terms);
+  SetTerms(plane, poses, /*unneeded_station=*/-1, joint, fit, &terms);
   return terms;
 }
 
@@ -156,19 +159,21 @@ double PlanarCost(std::span<const WeightedPlane> planes, std::span<const PosePri
 /// Adds a run of planes: their terms side by side, then the matrix's columns side by side, station
 /// by station and within a station in the order of the planes. So every entry is summed in one
 /// order, and no thread needs a matrix of its own.
-void NormalEquationsAssembler::AddPlanes(std::span<const WeightedPlane> planes,
-                                         std::span<const RigidTransform> poses,
-                                         const ExecutionContext* context) {
+void NormalEquationsAssembler::AddPlanes(const PlanarProblem& problem,
+                                         std::span<const WeightedPlane> planes,
+                                         std::span<const RigidTransform> poses) {
+  const int unneeded = problem.unneeded_station;
   terms_.resize(planes.size());
-  FitJointly(planes, poses, context, /*normals=*/true,
+  FitJointly(planes, poses, problem.context, /*normals=*/true,
              [&](std::size_t k, const PointCluster& joint, const PlaneFit& fit) {
-               SetTerms(planes[k], poses, joint, fit, &terms_[k]);
+               SetTerms(planes[k], poses, unneeded, joint, fit, &terms_[k]);
              });
   of_station_.resize(poses.size());
   for (std::vector<Place>& places : of_station_) places.clear();
   for (const PlaneTerms& plane : terms_) {
     system_.cost += plane.cost;
     for (const PlaneTerms::Part& part : plane.parts) {
+      if (part.station == unneeded) continue;
       of_station_[static_cast<std::size_t>(part.station)].push_back({&plane, &part});
     }
   }
@@ -178,12 +183,13 @@ void NormalEquationsAssembler::AddPlanes(std::span<const WeightedPlane> planes,
       system_.gradient.segment<6>(column) += place.part->gradient;
       system_.matrix.block<6, 6>(column, column) += place.part->held;
       for (const PlaneTerms::Part& other : place.plane->parts) {
+        if (other.station == unneeded) continue;
         system_.matrix.block<6, 6>(6 * other.station, column).noalias() -=
             other.coupling * place.part->coupling.transpose();
       }
     }
   };
-  ForEach(context, poses.size(), add_column);
+  ForEach(problem.context, poses.size(), add_column);
 }
 
 const NormalEquations& NormalEquationsAssembler::Assemble(const PlanarProblem& problem,
@@ -195,7 +201,7 @@ const NormalEquations& NormalEquationsAssembler::Assemble(const PlanarProblem& p
   constexpr std::size_t kBatch = 8192;  // planes whose terms are in memory at a time
   for (std::size_t begin = 0; begin < problem.planes.size(); begin += kBatch) {
     const std::size_t count = std::min(kBatch, problem.planes.size() - begin);
-    AddPlanes(problem.planes.subspan(begin, count), poses, problem.context);
+    AddPlanes(problem, problem.planes.subspan(begin, count), poses);
   }
   AddPoseObservations(problem.observations, poses, &system_);
   return system_;

@@ -24,6 +24,8 @@ struct PlanarProblem {
   std::span<const WeightedPlane> planes;
   PoseObservations observations;
   const ExecutionContext* context = nullptr;
+  /// A station whose rows and columns nobody needs: planes leave them zero. -1: none.
+  int unneeded_station = -1;
 };
 
 /// One plane's part of the normal equations with the plane itself eliminated. The block of its
@@ -74,8 +76,8 @@ class NormalEquationsAssembler {
     const PlaneTerms* plane;
     const PlaneTerms::Part* part;
   };
-  void AddPlanes(std::span<const WeightedPlane> planes, std::span<const RigidTransform> poses,
-                 const ExecutionContext* context);
+  void AddPlanes(const PlanarProblem& problem, std::span<const WeightedPlane> planes,
+                 std::span<const RigidTransform> poses);
 
   std::vector<PlaneTerms> terms_;
   std::vector<std::vector<Place>> of_station_;

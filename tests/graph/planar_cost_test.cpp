@@ -163,6 +163,24 @@ TEST(PlanarCost, TwoStationBlocksEqualThoseOfALargerAssembly) {
   EXPECT_EQ(large.matrix.middleRows<6>(12).norm(), 0.0);
 }
 
+TEST(PlanarCost, AnUnneededStationLeavesTheOthersAsTheyAre) {
+  const auto [scene, poses] = DisturbedScene(6, 3);
+  const NormalEquations all = AssembleNormalEquations(scene.planes, {}, poses);
+  PlanarProblem problem{scene.planes, {}, nullptr};
+  problem.unneeded_station = 1;
+  const NormalEquations system = AssembleNormalEquations(problem, poses);
+  EXPECT_EQ(system.cost, all.cost);
+  for (const int i : {0, 1, 2}) {
+    for (const int j : {0, 1, 2}) {
+      const Matrix6d block = system.matrix.block<6, 6>(6 * i, 6 * j);
+      const Matrix6d expected = all.matrix.block<6, 6>(6 * i, 6 * j);
+      EXPECT_EQ(block, i == 1 || j == 1 ? Matrix6d(Matrix6d::Zero()) : expected);
+    }
+    const Vector6d gradient = system.gradient.segment<6>(6 * i);
+    EXPECT_EQ(gradient, i == 1 ? Vector6d(Vector6d::Zero()) : all.gradient.segment<6>(6 * i));
+  }
+}
+
 PosePrior RandomPrior(Random& random, int station, const RigidTransform& expected) {
   Matrix6d root;
   for (double& x : root.reshaped()) x = random.Normal();
