@@ -13,9 +13,9 @@ void IntervalStabber::Add(double from, double to, double begin, double end, std:
   if (from <= begin) {
     if (++open_[id] == 1) ++*count;
   } else {
-    events_.push_back({from, +1, id});
+    events_.emplace_back(from, /*closes=*/false, id);
   }
-  if (to < end) events_.push_back({to, -1, id});
+  if (to < end) events_.emplace_back(to, /*closes=*/true, id);
 }
 
 /// The arcs that touch the run, without branches: they follow no pattern.
@@ -42,10 +42,8 @@ int IntervalStabber::Enter(double begin, double end) {
       Add(0.0, arc.end - kFullTurn, begin, end, arc.id, &count);
     }
   }
-  // Opens before closes at equal turns, so that touching arcs count together.
-  std::sort(events_.begin(), events_.end(), [](const Event& a, const Event& b) {
-    return a.turn != b.turn ? a.turn < b.turn : a.step > b.step;
-  });
+  std::sort(events_.begin(), events_.end(),
+            [](const Event& a, const Event& b) { return a.key < b.key; });
   return count;
 }
 
@@ -62,12 +60,13 @@ StabbingResult IntervalStabber::Stab(std::span<const TurnArc> arcs,
     if (count > best.count) best = {count, changed, end, true};
     for (const Event& event : events_) {
       int& depth = open_[event.id];
-      depth += event.step;
-      const bool opens = event.step > 0 && depth == 1;
-      const bool closes = event.step < 0 && depth == 0;
+      const int step = event.step();
+      depth += step;
+      const bool opens = step > 0 && depth == 1;
+      const bool closes = step < 0 && depth == 0;
       if (!opens && !closes) continue;
-      count += event.step;
-      changed = event.turn;
+      count += step;
+      changed = event.turn();
       if (count > best.count) {
         best = {count, changed, end, true};
       } else if (closes && best.is_open) {

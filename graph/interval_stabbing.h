@@ -1,5 +1,6 @@
 #pragma once
 
+#include <bit>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -25,10 +26,15 @@ class IntervalStabber {
   StabbingResult Stab(std::span<const TurnArc> arcs, std::span<const RotationSectors::Run> runs);
 
  private:
+  /// An arc of key point `id` opens or closes at a turn. Keys ascend with the turn, and at equal
+  /// turns what opens comes before what closes, so that touching arcs count together.
   struct Event {
-    double turn = 0.0;
-    int step = 0;  // +1 opens, -1 closes
-    std::uint32_t id = 0;
+    Event(double turn, bool closes, std::uint32_t its_id)
+        : key(std::bit_cast<std::uint64_t>(turn) << 1U | (closes ? 1U : 0U)), id(its_id) {}
+    double turn() const { return std::bit_cast<double>(key >> 1U); }  // never negative
+    int step() const { return (key & 1U) != 0U ? -1 : +1; }
+    std::uint64_t key;
+    std::uint32_t id;
   };
   /// The best segment so far.
   struct Segment {
