@@ -1,25 +1,37 @@
 #include "stages/surface_pairs.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace backsight {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-void Put(const Eigen::Vector3d& value, std::size_t i, std::array<std::vector<double>, 3>* columns) {
+using Column = std::unique_ptr<double[]>;
+using Columns = std::array<Column, 3>;
+
+/// Not set but for what is read beyond the last.
+Column MakeColumn(std::size_t count) {
+  Column column = std::make_unique_for_overwrite<double[]>(count + kSurfacePadding);
+  std::fill_n(column.get() + count, kSurfacePadding, kNaN);
+  return column;
+}
+
+void Put(const Eigen::Vector3d& value, std::size_t i, Columns* columns) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     (*columns)[axis][i] = value[static_cast<Eigen::Index>(axis)];
   }
 }
 
-Eigen::Vector3d Get(const std::array<std::vector<double>, 3>& columns, std::size_t i) {
+Eigen::Vector3d Get(const Columns& columns, std::size_t i) {
   return {columns[0][i], columns[1][i], columns[2][i]};
 }
 
-std::array<const double*, 3> Begins(const std::array<std::vector<double>, 3>& columns) {
-  return {columns[0].data(), columns[1].data(), columns[2].data()};
+std::array<const double*, 3> Begins(const Columns& columns) {
+  return {columns[0].get(), columns[1].get(), columns[2].get()};
 }
 
 SurfaceMotion MotionOf(const RigidTransform& transform) {
@@ -45,10 +57,11 @@ SurfacePairs::SurfacePairs(const Surface& source, const Surface& target,
   }
   count_ = chosen.size();
   for (Columns* columns : {&point_, &normal_, &asked_, &fixed_, &fixed_normal_}) {
-    for (std::vector<double>& column : *columns) column.assign(count_ + kSurfacePadding, kNaN);
+    for (Column& column : *columns) column = MakeColumn(count_);
   }
-  others_.assign(count_ + kSurfacePadding, kNaN);
+  others_ = MakeColumn(count_);
   uncertain_.resize(count_);
+  std::iota(uncertain_.begin(), uncertain_.end(), 0U);
   for (std::size_t i = 0; i < count_; ++i) {
     Put(source.model.leaves[chosen[i]].cluster.mean, i, &point_);
     Put(source.normals[chosen[i]].cast<double>(), i, &normal_);
@@ -57,7 +70,7 @@ SurfacePairs::SurfacePairs(const Surface& source, const Surface& target,
 
 SurfacePairColumns SurfacePairs::View() const {
   return {Begins(point_),        Begins(normal_), Begins(asked_), Begins(fixed_),
-          Begins(fixed_normal_), others_.data(),  count_};
+          Begins(fixed_normal_), others_.get(),   count_};
 }
 
 void SurfacePairs::AskAgain(const RigidTransform& target_from_source, std::size_t i) {
@@ -80,8 +93,10 @@ void SurfacePairs::AskAgain(const RigidTransform& target_from_source, std::size_
 SurfacePairSums SurfacePairs::Sum(const RigidTransform& target_from_source,
                                   const SurfacePairRule& rule) {
   const SurfaceMotion motion = MotionOf(target_from_source);
-  const std::size_t count = FindUncertain(View(), motion, reach_m_, uncertain_.data());
+  const std::size_t count =
+      is_asked_ ? FindUncertain(View(), motion, reach_m_, uncertain_.data()) : count_;
   for (std::size_t n = 0; n < count; ++n) AskAgain(target_from_source, uncertain_[n]);
+  is_asked_ = true;
   return SumSurfacePairs(View(), motion, rule);
 }
 

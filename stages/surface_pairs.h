@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <vector>
 
 #include "core/rigid_transform.h"
@@ -24,7 +25,8 @@ class SurfacePairs {
   SurfacePairSums Sum(const RigidTransform& target_from_source, const SurfacePairRule& rule);
 
  private:
-  using Columns = std::array<std::vector<double>, 3>;
+  using Column = std::unique_ptr<double[]>;
+  using Columns = std::array<Column, 3>;
   void AskAgain(const RigidTransform& target_from_source, std::size_t i);
   SurfacePairColumns View() const;
 
@@ -33,8 +35,9 @@ class SurfacePairs {
   double reach_m_;
   std::size_t count_ = 0;
   Columns point_, normal_, asked_, fixed_, fixed_normal_;
-  std::vector<double> others_;
-  std::vector<std::uint32_t> uncertain_;
+  Column others_;
+  std::vector<std::uint32_t> uncertain_;  // all at first
+  bool is_asked_ = false;
 };
 
 }  // namespace backsight
