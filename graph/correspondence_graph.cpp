@@ -48,12 +48,13 @@ ReliableNodes SelectReliableNodes(const Correspondences& c, const NodeReliabilit
   std::iota(result.rows.begin(), result.rows.end(), 0U);
   const auto kept = static_cast<std::ptrdiff_t>(
       std::min(result.rows.size(), static_cast<std::size_t>(options.keep)));
-  std::partial_sort(result.rows.begin(), result.rows.begin() + kept, result.rows.end(),
-                    [&](std::uint32_t a, std::uint32_t b) {
-                      const float of_a = result.reliability[a];
-                      const float of_b = result.reliability[b];
-                      return of_a != of_b ? of_a > of_b : a < b;
-                    });
+  const auto is_before = [&](std::uint32_t a, std::uint32_t b) {
+    const float of_a = result.reliability[a];
+    const float of_b = result.reliability[b];
+    return of_a != of_b ? of_a > of_b : a < b;
+  };
+  std::nth_element(result.rows.begin(), result.rows.begin() + kept, result.rows.end(), is_before);
+  std::sort(result.rows.begin(), result.rows.begin() + kept, is_before);
   result.rows.resize(static_cast<std::size_t>(kept));
   return result;
 }

@@ -18,20 +18,31 @@ struct NodePartners {
   std::vector<std::uint32_t> partners;  // the first few of them
 };
 
+/// Whether both are longer than `limit_m`, and one by less than that than the other. With squared
+/// lengths A and B, (sqrt A - sqrt B)^2 (sqrt A + sqrt B)^2 = (A - B)^2, and (sqrt A + sqrt B)^2 is
+/// at least A + B + 2 min(A, B), hardly less than that where they are alike: roots are rarely
+/// taken.
+bool AreOneLength(const Eigen::Vector3d& in_source, const Eigen::Vector3d& in_target,
+                  double limit_m) {
+  constexpr double kRounding = 1e-12;
+  const double a = in_source.squaredNorm();
+  const double b = in_target.squaredNorm();
+  const double limit2 = limit_m * limit_m;
+  if (std::min(a, b) <= limit2) return false;
+  const double at_least = (a + b + 2.0 * std::min(a, b)) * (1.0 - kRounding);
+  if ((a - b) * (a - b) < limit2 * at_least) return true;
+  return std::abs(std::sqrt(a) - std::sqrt(b)) < limit_m;
+}
+
 void CountPartners(const Correspondences& c, std::span<const std::uint32_t> later,
                    const EdgeReliabilityOptions& options, NodePartners* node) {
-  const double limit = 2.0 * options.resolution_m;
+  const double limit = 2.0 * options.resolution_m;  // shorter edges have no meaningful direction
   const std::size_t i = node->node;
   for (const std::uint32_t j : later) {
-    const double in_target = (c.target[i] - c.target[j]).norm();
-    const double in_source = (c.source[i] - c.source[j]).norm();
-    // Shorter edges than 2 l have no meaningful direction.
-    if (std::abs(in_target - in_source) >= limit || std::min(in_target, in_source) <= limit) {
-      continue;
-    }
-    if (!RiseAlike(c.source[j] - c.source[i], c.target[j] - c.target[i], limit, options.upright)) {
-      continue;
-    }
+    const Eigen::Vector3d in_source = c.source[j] - c.source[i];
+    const Eigen::Vector3d in_target = c.target[j] - c.target[i];
+    if (!AreOneLength(in_source, in_target, limit)) continue;
+    if (!RiseAlike(in_source, in_target, limit, options.upright)) continue;
     ++node->compatible;
     if (static_cast<int>(node->partners.size()) < options.edges_per_node) {
       node->partners.push_back(j);

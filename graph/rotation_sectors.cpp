@@ -4,24 +4,15 @@
 
 namespace backsight {
 
-/// Block by block, whose sums do not wait for each other.
 int RotationSectors::Count() {
-  constexpr std::size_t kBlock = 16;
-  static_assert(kCount % kBlock == 0);
-  most_ = 0;
-  int before = 0;
-  for (std::size_t begin = 0; begin < kCount; begin += kBlock) {
-    std::array<int, kBlock> sums;
-    int sum = 0;
-    for (std::size_t i = 0; i < kBlock; ++i) sums[i] = sum += changes_[begin + i];
-    int most = 0;
-    for (std::size_t i = 0; i < kBlock; ++i) {
-      counts_[begin + i] = before + sums[i];
-      most = std::max(most, counts_[begin + i]);
-    }
-    most_ = std::max(most_, most);
-    before += sum;
+  int count = 0;
+  for (std::size_t sector = 0; sector < kCount; ++sector) {
+    count += changes_[sector];
+    counts_[sector] = count;
   }
+  int most = 0;  // by itself: compilers take several at a time
+  for (const int n : counts_) most = std::max(most, n);
+  most_ = most;
   return most_;
 }
 
