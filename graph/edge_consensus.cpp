@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "graph/edge_evaluator.h"
+#include "graph/edge_length.h"
 #include "graph/pair_columns.h"
 #include "graph/reliability_kernels.h"
 
@@ -17,22 +18,6 @@ struct NodePartners {
   int compatible = 0;                   // how many later nodes are compatible
   std::vector<std::uint32_t> partners;  // the first few of them
 };
-
-/// Whether both are longer than `limit_m`, and one by less than that than the other. With squared
-/// lengths A and B, (sqrt A - sqrt B)^2 (sqrt A + sqrt B)^2 = (A - B)^2, and (sqrt A + sqrt B)^2 is
-/// at least A + B + 2 min(A, B), hardly less than that where they are alike: roots are rarely
-/// taken.
-bool AreOneLength(const Eigen::Vector3d& in_source, const Eigen::Vector3d& in_target,
-                  double limit_m) {
-  constexpr double kRounding = 1e-12;
-  const double a = in_source.squaredNorm();
-  const double b = in_target.squaredNorm();
-  const double limit2 = limit_m * limit_m;
-  if (std::min(a, b) <= limit2) return false;
-  const double at_least = (a + b + 2.0 * std::min(a, b)) * (1.0 - kRounding);
-  if ((a - b) * (a - b) < limit2 * at_least) return true;
-  return std::abs(std::sqrt(a) - std::sqrt(b)) < limit_m;
-}
 
 void CountPartners(const Correspondences& c, std::span<const std::uint32_t> later,
                    const EdgeReliabilityOptions& options, NodePartners* node) {

@@ -4,7 +4,9 @@
 
 #include <cmath>
 
+#include "core/random.h"
 #include "graph/correspondence_graph.h"
+#include "graph/edge_length.h"
 #include "graph/rigid_fit.h"
 #include "tests/support/matchers.h"
 #include "tests/support/synthetic_correspondences.h"
@@ -23,6 +25,25 @@ Correspondences Reliable(const Correspondences& c) {
   const auto nodes =
       SelectReliableNodes(c, {.resolution_m = kResolution, .keep = 800}, ExecutionContext(1));
   return c.Subset(nodes.rows);
+}
+
+TEST(AreOneLength, EqualsTheComparisonOfRoots) {
+  Random random(1);
+  const auto direction = [&] {
+    return Eigen::Vector3d(random.Normal(), random.Normal(), random.Normal()).normalized();
+  };
+  int alike = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const double limit_m = random.Uniform(0.05, 0.5);
+    const Eigen::Vector3d a = random.Uniform(0.0, i % 2 == 0 ? 2.0 : 60.0) * direction();
+    const Eigen::Vector3d b = (a.norm() + random.Uniform(-1.2, 1.2) * limit_m) * direction();
+    const bool expected =
+        std::abs(a.norm() - b.norm()) < limit_m && a.norm() > limit_m && b.norm() > limit_m;
+    EXPECT_EQ(AreOneLength(a, b, limit_m), expected) << a.norm() << " " << b.norm();
+    alike += expected ? 1 : 0;
+  }
+  EXPECT_GT(alike, 10000);
+  EXPECT_LT(alike, 19000);
 }
 
 TEST(FindEdgeHypotheses, RecoversTheMotionAmong97PercentOutliers) {
