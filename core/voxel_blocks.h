@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/key_slot.h"
+
 namespace backsight {
 
 /// Blocks of 8 x 8 x 8 voxels in a hash table, made where they are first asked for. A block's key
@@ -17,7 +19,7 @@ class VoxelBlocks {
 
   /// A new block is Block{}. The reference holds until the next call.
   Block& At(std::uint64_t key) {
-    std::size_t slot = SlotOf(key);
+    std::size_t slot = KeySlot(key, slots_.size() - 1);
     for (; slots_[slot] != kEmpty; slot = Next(slot)) {
       if (keys_[slots_[slot]] == key) return blocks_[slots_[slot]];
     }
@@ -30,7 +32,7 @@ class VoxelBlocks {
 
   /// Null where it was never asked for.
   const Block* Find(std::uint64_t key) const {
-    std::size_t slot = SlotOf(key);
+    std::size_t slot = KeySlot(key, slots_.size() - 1);
     while (slots_[slot] != kEmpty && keys_[slots_[slot]] != key) slot = Next(slot);
     return slots_[slot] != kEmpty ? &blocks_[slots_[slot]] : nullptr;
   }
@@ -49,16 +51,12 @@ class VoxelBlocks {
   static constexpr std::uint32_t kEmpty = ~0U;
   static constexpr std::size_t kFewestSlots = 64;
 
-  std::size_t SlotOf(std::uint64_t key) const {
-    // Fibonacci hashing; the low bits of a product are poor.
-    return static_cast<std::size_t>((key * 0x9E3779B97F4A7C15U) >> 32U) & (slots_.size() - 1);
-  }
   std::size_t Next(std::size_t slot) const { return (slot + 1) & (slots_.size() - 1); }
 
   void Grow() {
     slots_.assign(2 * slots_.size(), kEmpty);
     for (std::size_t i = 0; i < keys_.size(); ++i) {
-      std::size_t slot = SlotOf(keys_[i]);
+      std::size_t slot = KeySlot(keys_[i], slots_.size() - 1);
       while (slots_[slot] != kEmpty) slot = Next(slot);
       slots_[slot] = static_cast<std::uint32_t>(i);
     }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/key_slot.h"
+
 namespace backsight {
 
 void VoxelClusterer::Add(std::uint64_t key, const Eigen::Vector3d& d) {
@@ -18,8 +20,7 @@ void VoxelClusterer::Add(std::uint64_t key, const Eigen::Vector3d& d) {
 }
 
 std::size_t VoxelClusterer::SlotOf(std::uint64_t key) const {
-  // Fibonacci hashing; the low bits of a product are poor.
-  std::size_t slot = (key * 0x9E3779B97F4A7C15U >> 32U) & (slots_.size() - 1);
+  std::size_t slot = KeySlot(key, slots_.size() - 1);
   while (slots_[slot].voxel != kNone && slots_[slot].key != key) {
     slot = (slot + 1) & (slots_.size() - 1);
   }

@@ -90,7 +90,7 @@ void VoxelIndex::MakeBricks(std::vector<std::uint64_t> keys) {
   slots_.resize(std::bit_ceil(2 * keys.size() + 1));
   slot_mask_ = slots_.size() - 1;
   for (std::size_t i = 0; i < keys.size(); ++i) {
-    std::size_t slot = Slot(keys[i]);
+    std::size_t slot = KeySlot(keys[i], slot_mask_);
     while (slots_[slot].brick != kNoBrick) slot = (slot + 1) & slot_mask_;
     slots_[slot] = {keys[i], static_cast<std::uint32_t>(i)};
   }

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/key_slot.h"
 #include "core/voxel_grid.h"
 
 namespace backsight {
@@ -68,14 +69,10 @@ class VoxelIndex {
   /// Null where no voxel lies in the brick or beside it.
   const Brick* BrickAt(const Eigen::Vector3i& brick) const {
     const std::uint64_t key = VoxelLattice::Pack(brick);
-    for (std::size_t slot = Slot(key);; slot = (slot + 1) & slot_mask_) {
+    for (std::size_t slot = KeySlot(key, slot_mask_);; slot = (slot + 1) & slot_mask_) {
       if (slots_[slot].brick == kNoBrick) return nullptr;
       if (slots_[slot].key == key) return &bricks_[slots_[slot].brick];
     }
-  }
-  std::size_t Slot(std::uint64_t key) const {
-    // Fibonacci hashing; the low bits of a product are poor.
-    return static_cast<std::size_t>((key * 0x9E3779B97F4A7C15U) >> 32U) & slot_mask_;
   }
   static int FloorOf(double value) {
     const int cut = static_cast<int>(value);

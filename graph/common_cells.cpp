@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "core/key_slot.h"
 #include "graph/for_each.h"
 
 namespace backsight {
@@ -35,8 +36,7 @@ class KeyNumbers {
   /// Where the key is, or belongs.
   std::size_t Find(std::uint64_t key) const {
     const std::size_t mask = slots_.size() - 1;
-    // Fibonacci hashing; the low bits of a product are poor.
-    std::size_t slot = static_cast<std::size_t>((key * 0x9E3779B97F4A7C15U) >> 32U) & mask;
+    std::size_t slot = KeySlot(key, mask);
     while (slots_[slot].number != kNone && slots_[slot].key != key) slot = (slot + 1) & mask;
     return slot;
   }

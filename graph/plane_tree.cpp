@@ -5,6 +5,7 @@
 #include <bit>
 
 #include "core/error.h"
+#include "core/key_slot.h"
 #include "graph/subcell_columns.h"
 
 namespace backsight {
@@ -97,14 +98,15 @@ void PlaneTree::AddChildren(std::uint32_t node, std::span<const PathEntry> entri
 void PlaneTree::MakeSlots() {
   slots_.assign(std::bit_ceil(2 * root_keys_.size() + 1), {});
   for (std::uint32_t place = 0; place < root_keys_.size(); ++place) {
-    std::size_t slot = Slot(root_keys_[place]);
+    std::size_t slot = KeySlot(root_keys_[place], slots_.size() - 1);
     while (slots_[slot].place != kNone) slot = (slot + 1) & (slots_.size() - 1);
     slots_[slot] = {root_keys_[place], place};
   }
 }
 
 std::optional<std::uint32_t> PlaneTree::FindRoot(std::uint64_t key) const {
-  for (std::size_t slot = Slot(key);; slot = (slot + 1) & (slots_.size() - 1)) {
+  for (std::size_t slot = KeySlot(key, slots_.size() - 1);;
+       slot = (slot + 1) & (slots_.size() - 1)) {
     if (slots_[slot].place == kNone) return std::nullopt;
     if (slots_[slot].key == key) return slots_[slot].place;
   }

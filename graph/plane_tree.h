@@ -44,10 +44,6 @@ class PlaneTree {
   void AddChildren(std::uint32_t node, std::span<const PathEntry> entries, int depth,
                    const ClusterList& clusters);
   void MakeSlots();
-  std::size_t Slot(std::uint64_t key) const {
-    // Fibonacci hashing; the low bits of a product are poor.
-    return static_cast<std::size_t>((key * 0x9E3779B97F4A7C15U) >> 32U) & (slots_.size() - 1);
-  }
 
   static constexpr std::uint32_t kNone = ~0U;
   PlaneSearchOptions options_;
@@ -55,11 +51,11 @@ class PlaneTree {
   std::vector<Node> nodes_;
   std::vector<std::uint64_t> root_keys_;  // ascending
   std::vector<std::uint32_t> root_nodes_;
-  struct KeySlot {
+  struct RootSlot {
     std::uint64_t key = 0;
     std::uint32_t place = kNone;
   };
-  std::vector<KeySlot> slots_;  // places of roots by the hash of their keys
+  std::vector<RootSlot> slots_;  // places of roots by the hash of their keys
 };
 
 }  // namespace backsight
