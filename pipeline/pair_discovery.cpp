@@ -7,14 +7,12 @@
 #include <map>
 #include <set>
 
-#include "pipeline/artifacts/artifact_keys.h"
-#include "pipeline/artifacts/load_artifact.h"
 #include "pipeline/artifacts/pair_artifact.h"
 #include "pipeline/candidate_links.h"
 #include "pipeline/largest_first.h"
+#include "pipeline/pair_rankings.h"
 #include "stages/network_solution.h"
 #include "stages/overlap_prediction.h"
-#include "stages/pair_ranking.h"
 #include "stages/pair_selection.h"
 #include "stages/station_priors.h"
 
@@ -54,40 +52,6 @@ std::vector<PairProspect> ListCandidates(const std::vector<Station>& stations,
     }
   }
   return candidates;
-}
-
-std::vector<RankedStation> RankedStations(const std::vector<Station>& stations) {
-  std::vector<RankedStation> ranked(stations.size());
-  for (std::size_t s = 0; s < stations.size(); ++s) {
-    const Station& station = stations[s];
-    if (!station.usable()) continue;
-    ranked[s] = {&station.model, &station.features, station.spec.levelled, station.record.extent_m,
-                 station.spec.prior};
-  }
-  return ranked;
-}
-
-/// RankPairs, from the store where it holds the ranking.
-void RankOnce(const PairUnits& units, std::vector<PairProspect>* candidates) {
-  const std::vector<Station>& stations = units.stations();
-  std::vector<char> may_be_tried;
-  for (const PairProspect& candidate : *candidates) {
-    may_be_tried.push_back(!candidate.excluded && !candidate.too_far ? 1 : 0);
-  }
-  const ArtifactKey key =
-      RankingKey({units.options(), units.context().seed()}, stations, may_be_tried);
-  using Similarities = std::vector<double>;
-  const Similarities similarity =
-      Once(units.store(), kRankingName, key, ToBytes<Similarities>, FromBytes<Similarities>, [&] {
-        RankPairs(RankedStations(stations), units.options().pair_ranking, units.context(),
-                  candidates);
-        Similarities ranked;
-        for (const PairProspect& candidate : *candidates) ranked.push_back(candidate.similarity);
-        return ranked;
-      });
-  for (std::size_t i = 0; i < candidates->size(); ++i) {
-    (*candidates)[i].similarity = similarity.at(i);
-  }
 }
 
 /// The state of one discovery.
@@ -146,7 +110,13 @@ class Discovery {
     context_.CheckStop();
     ChooseNetwork();
     PredictOverlaps();
-    return NextPairs(static_cast<int>(stations_.size()), candidates_, options_.pair_selection);
+    while (true) {
+      PairBatch batch =
+          NextPairs(static_cast<int>(stations_.size()), candidates_, options_.pair_selection);
+      if (batch.to_match.empty()) return batch;
+      context_.Debug(fmt::format("pairs: {} between components ranked", batch.to_match.size()));
+      MatchOnce(units_, batch.to_match, ++rankings_, &candidates_);
+    }
   }
 
   /// The network of all pairs so far: its links are the accepted ones, its poses predict.
@@ -331,6 +301,7 @@ class Discovery {
   int full_ = 0;      // thorough ones included
   int thorough_ = 0;  // second tries of pairs
   int predicted_ = 0;
+  int rankings_ = 0;  // further ones, of pairs between components
 };
 
 }  // namespace

@@ -114,6 +114,15 @@ double PriorNearness(const RankedStation& a, const RankedStation& b) {
   return std::exp(-distance_m / std::max(range_m, 1e-3));
 }
 
+/// Larger than any score of a match or a signature.
+constexpr double kTier = 1000.0;
+
+/// What priors place nearby comes first.
+void PutPriorsFirst(const std::vector<RankedStation>& stations, PairProspect* pair) {
+  pair->similarity +=
+      2.0 * kTier * PriorNearness(stations[At(pair->source)], stations[At(pair->target)]);
+}
+
 }  // namespace
 
 void VisitOptions(OptionVisitor& visitor, PairRankingOptions& options) {
@@ -127,22 +136,28 @@ void VisitOptions(OptionVisitor& visitor, PairRankingOptions& options) {
 
 void RankPairs(const std::vector<RankedStation>& stations, const PairRankingOptions& options,
                const ExecutionContext& context, std::vector<PairProspect>* candidates) {
-  // Larger than any score: first what priors place nearby, last what was not matched.
-  constexpr double kTier = 1000.0;
   const std::vector<double> signature =
       SignatureScores(stations, options.words, *candidates, context);
   const std::vector<std::size_t> chosen =
       BestOfEachStation(stations.size(), options.prematch_per_station, *candidates, signature);
   for (std::size_t i = 0; i < candidates->size(); ++i) {
-    (*candidates)[i].similarity = signature[i] - kTier;
+    PairProspect& pair = (*candidates)[i];
+    pair.similarity = signature[i] - kTier;
+    pair.unmatched = true;
+    PutPriorsFirst(stations, &pair);
   }
-  const std::vector<double> match = PrematchScores(stations, options, *candidates, chosen, context);
-  for (std::size_t k = 0; k < chosen.size(); ++k) {
-    (*candidates)[chosen[k]].similarity = match[k];
-  }
-  for (PairProspect& pair : *candidates) {
-    pair.similarity +=
-        2.0 * kTier * PriorNearness(stations[At(pair.source)], stations[At(pair.target)]);
+  MatchPairs(stations, options, context, chosen, candidates);
+}
+
+void MatchPairs(const std::vector<RankedStation>& stations, const PairRankingOptions& options,
+                const ExecutionContext& context, const std::vector<std::size_t>& which,
+                std::vector<PairProspect>* candidates) {
+  const std::vector<double> match = PrematchScores(stations, options, *candidates, which, context);
+  for (std::size_t k = 0; k < which.size(); ++k) {
+    PairProspect& pair = (*candidates)[which[k]];
+    pair.similarity = match[k];
+    pair.unmatched = false;
+    PutPriorsFirst(stations, &pair);
   }
 }
 

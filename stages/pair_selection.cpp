@@ -127,7 +127,10 @@ class Selector {
     constexpr int kControlTries = 4;
     if (!exhaustive) {
       batch.pairs = Propose(structure_.block, &structure_.component, kControlTries);
-      if (batch.pairs.empty()) batch.pairs = BetweenComponents();
+      if (!batch.pairs.empty()) return batch;
+      batch.to_match = UnmatchedBetweenComponents();
+      if (!batch.to_match.empty()) return batch;
+      batch.pairs = BetweenComponents();
       if (!batch.pairs.empty()) return batch;
     }
     batch.method = PairMethod::kThorough;
@@ -227,16 +230,38 @@ class Selector {
     return chosen;
   }
 
-  std::vector<std::size_t> BetweenComponents() const {
+  /// How many registrations between components may be asked for at once.
+  int MostBetweenComponents() const {
     const int width = std::max(16, members_ / 4);
-    const int most = options_.until_connected ? width : std::min(width, budget_ - members_);
+    return options_.until_connected ? width : std::min(width, budget_ - members_);
+  }
+
+  bool IsApart(const PairProspect& pair) const {
+    return structure_.component[At(pair.source)] != structure_.component[At(pair.target)];
+  }
+
+  std::vector<std::size_t> UnmatchedBetweenComponents() const {
+    std::vector<std::size_t> chosen;
+    if (MostBetweenComponents() <= 0) return chosen;
+    const auto matched = std::count_if(candidates_.begin(), candidates_.end(),
+                                       [](const PairProspect& pair) { return !pair.unmatched; });
+    const std::ptrdiff_t most = std::ptrdiff_t{options_.matched_per_station} * members_ - matched;
+    for (const std::size_t i : by_similarity_) {
+      if (std::ssize(chosen) >= most) break;
+      const PairProspect& pair = candidates_[i];
+      if (pair.unmatched && IsOpenForFull(pair) && IsApart(pair)) chosen.push_back(i);
+    }
+    std::sort(chosen.begin(), chosen.end());
+    return chosen;
+  }
+
+  std::vector<std::size_t> BetweenComponents() const {
+    const int most = MostBetweenComponents();
     std::vector<std::size_t> chosen;
     for (const std::size_t i : by_similarity_) {
       if (static_cast<int>(chosen.size()) >= most) break;
       const PairProspect& pair = candidates_[i];
-      if (!IsOpenForFull(pair)) continue;
-      if (structure_.component[At(pair.source)] == structure_.component[At(pair.target)]) continue;
-      chosen.push_back(i);
+      if (IsOpenForFull(pair) && IsApart(pair)) chosen.push_back(i);
     }
     return chosen;
   }
@@ -246,8 +271,7 @@ class Selector {
     for (const std::size_t i : by_similarity_) {
       if (!exhaustive && static_cast<int>(chosen.size()) >= budget_) break;
       const PairProspect& pair = candidates_[i];
-      if (!IsOpen(pair) || !pair.tried_full || pair.tried_thorough) continue;
-      if (structure_.component[At(pair.source)] == structure_.component[At(pair.target)]) continue;
+      if (!IsOpen(pair) || !pair.tried_full || pair.tried_thorough || !IsApart(pair)) continue;
       chosen.push_back(i);
     }
     return chosen;
@@ -280,6 +304,9 @@ void VisitOptions(OptionVisitor& visitor, PairSelectionOptions& options) {
                   "accepted links after which further predicted pairs are redundant");
   visitor.Real("predicted_overlap", options.predicted_overlap, "1", 0.0, 1.0,
                "least overlap by the current poses for which a pair is registered");
+  visitor.Integer("matched_per_station", options.matched_per_station, "1", 0, 100000,
+                  "pairs that are ranked by a cheap match in all while stations stay apart, times "
+                  "the number of stations");
   visitor.Flag("until_connected", options.until_connected,
                "go on beyond full_per_station, to the last pair, while stations stay apart");
 }

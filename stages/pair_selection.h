@@ -18,7 +18,8 @@ struct PairSelectionOptions {
   int links_per_station = 3;       ///< accepted links wanted at least
   int max_links_per_station = 10;  ///< beyond this, predicted pairs are redundant
   double predicted_overlap = 0.2;  ///< least predicted overlap of a pair worth a fine registration
-  bool until_connected = false;  ///< spend any number of registrations while components stay apart
+  int matched_per_station = 200;  ///< pairs ranked by matching in all, times the number of stations
+  bool until_connected = false;   ///< spend any number of registrations while components stay apart
 };
 void VisitOptions(OptionVisitor& visitor, PairSelectionOptions& options);
 
@@ -30,6 +31,7 @@ struct PairProspect {
   bool excluded = false;    ///< the user forbids it
   bool too_far = false;     ///< priors place the stations too far apart
   double similarity = 0.0;  ///< larger: more likely to overlap; any scale
+  bool unmatched = false;   ///< `similarity` is a mere guess: the clouds were not compared
   /// From the current poses; absent where they do not say (not in one component).
   std::optional<double> predicted_overlap;
   bool tried_full = false;
@@ -48,6 +50,8 @@ enum class PairMethod {
 struct PairBatch {
   PairMethod method = PairMethod::kFull;
   std::vector<std::size_t> pairs;
+  /// If there are any, nothing is to be registered before these are ranked (MatchPairs).
+  std::vector<std::size_t> to_match;
 };
 
 /// What to register next, given what is known; a pure function. Stations without a candidate (such
@@ -62,9 +66,10 @@ struct PairBatch {
 ///   5. parts that hang by a single link (2-edge-connected blocks): each but the largest proposes
 ///      full registrations to the others, so that every station comes onto a loop; at most four
 ///      registrations per station;
-///   6. components still apart: the most similar pairs between them, until (full_per_station - 1) *
-///   n
-///      registrations are spent (until_connected: until no pair is left);
+///   6. components still apart: the unmatched pairs between them are to be ranked first, up to
+///      matched_per_station * n matched ones in all; then the most similar pairs between them,
+///      until (full_per_station - 1) * n registrations are spent (until_connected: until none is
+///      left);
 ///   7. components still apart: pairs between them thoroughly that failed fully, the most similar
 ///      first.
 /// No pair is registered twice by the same method; one that failed fully may be predicted, and the

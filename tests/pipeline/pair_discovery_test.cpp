@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <memory>
 #include <string>
 
@@ -12,6 +13,7 @@
 #include "pipeline/network_pipeline.h"
 #include "pipeline/run_summary.h"
 #include "stages/features.h"
+#include "tests/io/scan_files.h"
 #include "tests/support/feature_scene.h"
 
 namespace backsight {
@@ -30,8 +32,9 @@ StationModel Bent(const StationModel& yard) {
 }
 
 PairDiscovery Discover(const std::vector<Station>& stations, const PairSpec& spec,
-                       const SurveyOptions& options, const ExecutionContext& context) {
-  return DiscoverPairs(PairUnits(stations, options, context, ArtifactStore()), spec);
+                       const SurveyOptions& options, const ExecutionContext& context,
+                       const ArtifactStore& store = {}) {
+  return DiscoverPairs(PairUnits(stations, options, context, store), spec);
 }
 
 /// Looks at two yards that have nothing in common: stations 0 to `first` - 1 at one, the others at
@@ -111,6 +114,25 @@ TEST(PairDiscovery, GrowingLinksWhatBelongsTogetherAndPredictsTheRest) {
   }
   EXPECT_EQ(linked, 15 + 1) << "all pairs within each yard overlap";
   EXPECT_EQ(found.pairs.size() + found.skipped.size(), 28U);
+}
+
+TEST(PairDiscovery, PairsThatNobodyMatchedAreMatchedWhileStationsStayApartAndOnlyOnce) {
+  const Yards yards(5, 2);
+  SurveyOptions options = Growing();
+  options.pair_ranking.prematch_per_station = 0;
+  options.pair_selection.full_per_station = 4;
+  const TempDir dir;
+  const ArtifactStore store(dir.path());
+  const PairDiscovery found = Discover(yards.stations, {}, options, ExecutionContext(1), store);
+  EXPECT_EQ(found.components, 2);
+
+  const std::string ranking = store.PathOf("network/ranking_1");
+  ASSERT_TRUE(std::filesystem::exists(ranking));
+  const auto written = std::filesystem::last_write_time(ranking);
+  const PairDiscovery again = Discover(yards.stations, {}, options, ExecutionContext(1), store);
+  EXPECT_EQ(std::filesystem::last_write_time(ranking), written) << "taken from the store";
+  EXPECT_EQ(Reasons(again), Reasons(found));
+  EXPECT_EQ(again.full, found.full);
 }
 
 TEST(PairDiscovery, TheSamePairsForAnyNumberOfThreads) {

@@ -69,6 +69,32 @@ TEST(PairRanking, LooksAtTheSamePlaceComeFirst) {
   for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(candidates[i].source / 2, candidates[i].target / 2);
 }
 
+TEST(PairRanking, PairsMatchedLaterRankAsIfMatchedAtOnce) {
+  const ExecutionContext context(1);
+  const Yards yards(context);
+  std::vector<RankedStation> stations = Ranked(yards);
+  stations[1].prior = StationPrior{};
+  stations[4].prior = StationPrior{};
+  std::vector<PairProspect> at_once = AllPairs(6);
+  RankPairs(stations, {}, context, &at_once);
+
+  std::vector<PairProspect> later = AllPairs(6);
+  RankPairs(stations, {.prematch_per_station = 1}, context, &later);
+  std::vector<std::size_t> unmatched;
+  for (std::size_t i = 0; i < later.size(); ++i) {
+    EXPECT_FALSE(at_once[i].unmatched);
+    if (!later[i].unmatched) continue;
+    unmatched.push_back(i);
+    EXPECT_LT(later[i].similarity, at_once[i].similarity) << "behind all that were matched";
+  }
+  ASSERT_GT(unmatched.size(), 3U);
+  MatchPairs(stations, {}, context, unmatched, &later);
+  for (std::size_t i = 0; i < later.size(); ++i) {
+    EXPECT_EQ(later[i].similarity, at_once[i].similarity);
+    EXPECT_FALSE(later[i].unmatched);
+  }
+}
+
 TEST(PairRanking, DoesNotDependOnTheNumberOfThreads) {
   const Yards yards(ExecutionContext(1));
   std::vector<PairProspect> one = AllPairs(6);

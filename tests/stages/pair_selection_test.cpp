@@ -21,7 +21,8 @@ struct World {
   std::vector<char> detectable;
   int full = 0;
   int predicted = 0;
-  int thorough = 0;  ///< none finds anything: the worst case
+  int thorough = 0;                  ///< none finds anything: the worst case
+  std::vector<double> when_matched;  ///< similarity of the candidates that begin unmatched
   bool twice = false;
   std::vector<std::size_t> order;  ///< of all registrations
 
@@ -73,7 +74,15 @@ void Play(const PairSelectionOptions& options, World* world) {
       pair.predicted_overlap = std::max(0.0, 1.0 - 0.8 * world->Distance(pair));
     }
     const PairBatch batch = NextPairs(world->stations(), world->candidates, options);
-    if (batch.pairs.empty()) return;
+    for (const std::size_t i : batch.to_match) {
+      PairProspect& pair = world->candidates.at(i);
+      EXPECT_TRUE(pair.unmatched);
+      EXPECT_NE(structure.component[At(pair.source)], structure.component[At(pair.target)]);
+      pair.similarity = world->when_matched[i];
+      pair.unmatched = false;
+    }
+    EXPECT_TRUE(batch.to_match.empty() || batch.pairs.empty());
+    if (batch.pairs.empty() && batch.to_match.empty()) return;
     for (const std::size_t i : batch.pairs) {
       PairProspect& pair = world->candidates.at(i);
       const bool full = batch.method == PairMethod::kFull;
@@ -140,6 +149,50 @@ TEST(PairSelection, UntilConnectedGoesOnToTheLastPair) {
   options.until_connected = true;
   Play(options, &world);
   EXPECT_EQ(FindLinkStructure(60, world.candidates).component, TrueComponents(world));
+}
+
+/// All pairs of the first stations with others are taken for hopeless, which some are not.
+World WithHiddenStations(std::uint64_t seed, int stations, int hidden) {
+  World world = MakeWorld(seed, stations, 9.0, 0.3, 0.9);
+  for (PairProspect& pair : world.candidates) {
+    world.when_matched.push_back(pair.similarity);
+    if (pair.target >= hidden) continue;
+    pair.unmatched = true;
+    pair.similarity -= 1000.0 + 5.0 * static_cast<double>((7 * pair.source + pair.target) % 100);
+  }
+  return world;
+}
+
+TEST(PairSelection, UnmatchedPairsBetweenComponentsAreRankedBeforeTheBudgetIsSpent) {
+  int apart_without = 0;
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    World world = WithHiddenStations(seed, 150, 20);
+    World unranked = world;
+    Play({}, &world);
+    EXPECT_EQ(FindLinkStructure(150, world.candidates).component, TrueComponents(world));
+    EXPECT_LE(world.full + world.thorough, 8 * 150);
+
+    PairSelectionOptions options;
+    options.matched_per_station = 0;
+    Play(options, &unranked);
+    apart_without +=
+        FindLinkStructure(150, unranked.candidates).component != TrueComponents(unranked) ? 1 : 0;
+  }
+  EXPECT_GT(apart_without, 0) << "else nothing was hidden";
+}
+
+TEST(PairSelection, NoMoreIsMatchedThanAllowed) {
+  World world = WithHiddenStations(1, 150, 20);
+  const auto matched = [&] {
+    return std::count_if(world.candidates.begin(), world.candidates.end(),
+                         [](const PairProspect& pair) { return !pair.unmatched; });
+  };
+  const auto before = matched();
+  PairSelectionOptions options;
+  options.matched_per_station = static_cast<int>(before / 150) + 2;
+  Play(options, &world);
+  EXPECT_GT(matched(), before);
+  EXPECT_LE(matched(), 150 * options.matched_per_station);
 }
 
 TEST(PairSelection, TwoGroupsWithoutCommonViewStayApartWithinTheBudget) {
