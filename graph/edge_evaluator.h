@@ -46,7 +46,8 @@ struct KnownHypotheses {
 /// rotations holds. What the fullest sector's middle gathers, in turn, rules out all sectors that
 /// hold less, and so do the key points of all arcs that touch a run of sectors. Rotations are told
 /// apart without trigonometry (graph/turn_measure.h). Keeps its memory from edge to edge. Time O(K)
-/// per edge that a bound rejects, O(K + n log n) for n rows that pass.
+/// per edge that a bound rejects, O(K + n log n) for n rows that pass and O(n) for each of the runs
+/// of sectors that may still win.
 class EdgeEvaluator {
  public:
   /// `c` and `columns` (of `c`) must outlive it. `limit_m`: 2 l.

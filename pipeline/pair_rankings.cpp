@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <numeric>
 #include <string>
 
 #include "core/archive.h"
@@ -13,7 +12,7 @@
 namespace backsight {
 namespace {
 
-/// What ranking says of the candidates `which`, in their order.
+/// What RankPairs sets of every candidate, in their order.
 struct Ranking {
   std::vector<double> similarity;
   std::vector<char> unmatched;
@@ -35,31 +34,26 @@ std::vector<RankedStation> RankedStations(const std::vector<Station>& stations) 
   return ranked;
 }
 
-Ranking Extract(const std::vector<PairProspect>& candidates,
-                const std::vector<std::size_t>& which) {
+Ranking RankAll(const PairUnits& units, std::vector<PairProspect> candidates) {
+  RankPairs(RankedStations(units.stations()), units.options().pair_ranking, units.context(),
+            &candidates);
   Ranking ranking;
-  for (const std::size_t i : which) {
-    ranking.similarity.push_back(candidates[i].similarity);
-    ranking.unmatched.push_back(candidates[i].unmatched ? 1 : 0);
+  for (const PairProspect& candidate : candidates) {
+    ranking.similarity.push_back(candidate.similarity);
+    ranking.unmatched.push_back(candidate.unmatched ? 1 : 0);
   }
   return ranking;
 }
 
-/// Ranks the candidates `which` by `rank`, or as the store has it for the pairs `asked`, a mask.
-template <class Rank>
-void Restore(const PairUnits& units, const std::string& name, const std::vector<char>& asked,
-             const std::vector<std::size_t>& which, Rank rank,
-             std::vector<PairProspect>* candidates) {
-  const ArtifactKey key =
-      RankingKey({units.options(), units.context().seed()}, units.stations(), asked);
-  const Ranking ranking = Once(units.store(), name, key, ToBytes<Ranking>, FromBytes<Ranking>, [&] {
-    rank();
-    return Extract(*candidates, which);
-  });
-  for (std::size_t k = 0; k < which.size(); ++k) {
-    (*candidates)[which[k]].similarity = ranking.similarity.at(k);
-    (*candidates)[which[k]].unmatched = ranking.unmatched.at(k) != 0;
-  }
+/// Similarities of the candidates `which`, in their order.
+std::vector<double> MatchAll(const PairUnits& units, const std::vector<std::size_t>& which,
+                             std::vector<PairProspect> candidates) {
+  MatchPairs(RankedStations(units.stations()), units.options().pair_ranking, units.context(), which,
+             &candidates);
+  std::vector<double> similarity;
+  similarity.reserve(which.size());
+  for (const std::size_t i : which) similarity.push_back(candidates[i].similarity);
+  return similarity;
 }
 
 }  // namespace
@@ -69,28 +63,28 @@ void RankOnce(const PairUnits& units, std::vector<PairProspect>* candidates) {
   for (const PairProspect& candidate : *candidates) {
     may_be_tried.push_back(!candidate.excluded && !candidate.too_far ? 1 : 0);
   }
-  std::vector<std::size_t> all(candidates->size());
-  std::iota(all.begin(), all.end(), std::size_t{0});
-  Restore(
-      units, kRankingName, may_be_tried, all,
-      [&] {
-        RankPairs(RankedStations(units.stations()), units.options().pair_ranking, units.context(),
-                  candidates);
-      },
-      candidates);
+  const ArtifactKey key =
+      RankingKey({units.options(), units.context().seed()}, units.stations(), may_be_tried);
+  const Ranking ranking = Once(units.store(), kRankingName, key, ToBytes<Ranking>,
+                               FromBytes<Ranking>, [&] { return RankAll(units, *candidates); });
+  for (std::size_t i = 0; i < candidates->size(); ++i) {
+    (*candidates)[i].similarity = ranking.similarity.at(i);
+    (*candidates)[i].unmatched = ranking.unmatched.at(i) != 0;
+  }
 }
 
 void MatchOnce(const PairUnits& units, const std::vector<std::size_t>& which, int round,
                std::vector<PairProspect>* candidates) {
-  std::vector<char> asked(candidates->size(), 0);
-  for (const std::size_t i : which) asked[i] = 1;
-  Restore(
-      units, fmt::format("{}_{}", kRankingName, round), asked, which,
-      [&] {
-        MatchPairs(RankedStations(units.stations()), units.options().pair_ranking, units.context(),
-                   which, candidates);
-      },
-      candidates);
+  using Similarities = std::vector<double>;
+  const ArtifactKey key =
+      FurtherRankingKey({units.options(), units.context().seed()}, units.stations(), which);
+  const Similarities similarity =
+      Once(units.store(), fmt::format("{}_{}", kRankingName, round), key, ToBytes<Similarities>,
+           FromBytes<Similarities>, [&] { return MatchAll(units, which, *candidates); });
+  for (std::size_t k = 0; k < which.size(); ++k) {
+    (*candidates)[which[k]].similarity = similarity.at(k);
+    (*candidates)[which[k]].unmatched = false;
+  }
 }
 
 }  // namespace backsight

@@ -11,6 +11,8 @@
 namespace backsight {
 namespace {
 
+constexpr DescriptorNeighbor kNoNeighbor{std::numeric_limits<double>::infinity(), 0};
+
 constexpr std::size_t kTile = 256;  // columns whose bins stay in the first cache
 constexpr std::int32_t kNoLimit = std::int32_t{1} << 30;
 
@@ -61,8 +63,7 @@ class Lists {
         neighbors_(neighbors),
         limits_(own.grid().view().stride, 0) {
     std::fill_n(limits_.begin(), own.order().size(), kNoLimit);
-    std::fill(neighbors.begin(), neighbors.end(),
-              DescriptorNeighbor{std::numeric_limits<double>::infinity(), 0});
+    std::fill(neighbors.begin(), neighbors.end(), kNoNeighbor);
   }
 
   const std::int32_t* limits() const { return limits_.data(); }
@@ -177,6 +178,11 @@ void FindNearestDescriptors(std::span<const FpfhDescriptor> source,
                             std::span<const FpfhDescriptor> target, std::size_t k,
                             std::span<DescriptorNeighbor> of_source,
                             std::span<DescriptorNeighbor> of_target) {
+  if (source.empty() || target.empty()) {
+    std::fill(of_source.begin(), of_source.end(), kNoNeighbor);
+    std::fill(of_target.begin(), of_target.end(), kNoNeighbor);
+    return;
+  }
   const DescriptorGridScale scale = MakeGridScale(source, target);
   const DescriptorGrid source_grid(source, scale);
   const DescriptorGrid target_grid(target, scale);

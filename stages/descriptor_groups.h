@@ -38,7 +38,7 @@ class DescriptorGroups {
 };
 
 /// Descriptors of the grid evenly chosen, about one in 64, at least kGridPadding and at most 128;
-/// those of the grid must be as many.
+/// some more than once where the grid has fewer. It must have one.
 DescriptorGrid ChoosePivots(const DescriptorGrid& grid);
 
 }  // namespace backsight

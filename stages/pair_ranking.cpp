@@ -60,6 +60,16 @@ std::vector<std::size_t> BestOfEachStation(std::size_t stations, int most,
   return chosen;
 }
 
+/// The stations that the chosen pairs take part in.
+std::vector<char> Concerned(std::size_t stations, const std::vector<PairProspect>& candidates,
+                            const std::vector<std::size_t>& chosen) {
+  std::vector<char> concerned(stations, 0);
+  for (const std::size_t i : chosen) {
+    concerned[At(candidates[i].source)] = concerned[At(candidates[i].target)] = 1;
+  }
+  return concerned;
+}
+
 /// Of every station; 0 where it has no plan.
 std::vector<double> PlanCells(const std::vector<RankedStation>& stations,
                               const ExecutionContext& context) {
@@ -82,10 +92,11 @@ std::vector<double> PrematchScores(const std::vector<RankedStation>& stations,
   const std::vector<double> cells_m = PlanCells(stations, context);
   const double largest_m =
       cells_m.empty() ? 0.0 : *std::max_element(cells_m.begin(), cells_m.end());
+  const std::vector<char> concerned = Concerned(stations.size(), candidates, chosen);
   std::vector<StationSketch> sketches(stations.size());
   context.ParallelFor(stations.size(), [&](std::size_t s) {
     const RankedStation& station = stations[s];
-    if (station.model == nullptr) return;
+    if (station.model == nullptr || concerned[s] == 0) return;
     sketches[s] =
         SketchStation(*station.model, *station.features, {cells_m[s], largest_m}, prematch);
   });

@@ -27,7 +27,7 @@ struct RankedStation {
   std::optional<StationPrior> prior;
 };
 
-/// Sets `similarity` of every candidate that may be tried: the score of a cheap match for those of
+/// Sets `similarity` of every candidate: the score of a cheap match for those of
 /// each station with the best signatures, which all pairs are of up to a hundred stations; the rest
 /// come last, by their signatures, and are marked `unmatched`. Pairs that both stations' priors
 /// place near each other come first, nearest first. Time 3 us a pair, and some 10 ms for each pair
@@ -36,7 +36,7 @@ void RankPairs(const std::vector<RankedStation>& stations, const PairRankingOpti
                const ExecutionContext& context, std::vector<PairProspect>* candidates);
 
 /// Matches the unmatched candidates `which` (indices), so that they rank among the matched ones.
-/// Time and threads as above.
+/// Time some 10 ms for each and as much for each station that takes part; threads as above.
 void MatchPairs(const std::vector<RankedStation>& stations, const PairRankingOptions& options,
                 const ExecutionContext& context, const std::vector<std::size_t>& which,
                 std::vector<PairProspect>* candidates);

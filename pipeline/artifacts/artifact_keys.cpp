@@ -111,6 +111,14 @@ ArtifactKey RankingKey(const KeyBase& base, const std::vector<Station>& stations
   return key;
 }
 
+ArtifactKey FurtherRankingKey(const KeyBase& base, const std::vector<Station>& stations,
+                              const std::vector<std::size_t>& asked) {
+  ArtifactKey key = StageKey(base, "further ranking", {"pair_selection"});
+  AddStations(stations, &key);
+  key.Add("asked", FingerprintText(ToBytes(asked)));
+  return key;
+}
+
 ArtifactKey NetworkKey(const KeyBase& base, const std::vector<Station>& stations,
                        const std::vector<Pair>& pairs) {
   ArtifactKey key =

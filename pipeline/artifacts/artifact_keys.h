@@ -36,6 +36,10 @@ ArtifactKey PairKey(const KeyBase& base, std::string_view method, const Station&
 ArtifactKey RankingKey(const KeyBase& base, const std::vector<Station>& stations,
                        const std::vector<char>& may_be_tried);
 
+/// Of the ranking of further pairs: `asked`, in this order.
+ArtifactKey FurtherRankingKey(const KeyBase& base, const std::vector<Station>& stations,
+                              const std::vector<std::size_t>& asked);
+
 /// Of the network that the pairs make.
 ArtifactKey NetworkKey(const KeyBase& base, const std::vector<Station>& stations,
                        const std::vector<Pair>& pairs);

@@ -120,6 +120,13 @@ TEST(MatchDescriptors, EqualsBruteForceForHistograms) {
   ExpectReferenceMatches(Histograms(3, 900, 50), Histograms(4, 1100, 70), 5);
 }
 
+TEST(FindNearestDescriptors, WithoutAnOtherSideNothingIsNear) {
+  const std::vector<FpfhDescriptor> some(3);
+  std::vector<DescriptorNeighbor> of_source(6, {1.0, 7});
+  FindNearestDescriptors(some, {}, 2, of_source, {});
+  for (const DescriptorNeighbor& none : of_source) EXPECT_TRUE(std::isinf(none.squared));
+}
+
 TEST(FindNearestDescriptors, EqualDistancesGoToTheLowerIndex) {
   constexpr std::size_t kNearest = 7;
   for (std::uint64_t seed = 0; seed < 8; ++seed) {
