@@ -48,14 +48,14 @@ SurfaceMotion MotionOf(const RigidTransform& transform) {
 }  // namespace
 
 SurfacePairs::SurfacePairs(const Surface& source, const Surface& target,
-                           const CloudIndex& target_index, std::size_t stride, double reach_m)
+                           const CloudIndex& target_index, const EvenChoice& chosen, double reach_m)
     : target_(target), index_(target_index), reach_m_(reach_m) {
-  std::vector<std::size_t> chosen;
-  chosen.reserve(source.normals.size() / stride + 1);
-  for (std::size_t i = 0; i < source.normals.size(); i += stride) {
-    if (source.normals[i].allFinite()) chosen.push_back(i);
+  std::vector<std::size_t> voxels;
+  voxels.reserve(chosen.count());
+  for (std::size_t i = 0; i < chosen.count(); ++i) {
+    if (source.normals[chosen[i]].allFinite()) voxels.push_back(chosen[i]);
   }
-  count_ = chosen.size();
+  count_ = voxels.size();
   for (Columns* columns : {&point_, &normal_, &asked_, &fixed_, &fixed_normal_}) {
     for (Column& column : *columns) column = MakeColumn(count_);
   }
@@ -63,8 +63,8 @@ SurfacePairs::SurfacePairs(const Surface& source, const Surface& target,
   uncertain_.resize(count_);
   std::iota(uncertain_.begin(), uncertain_.end(), 0U);
   for (std::size_t i = 0; i < count_; ++i) {
-    Put(source.model.leaves[chosen[i]].cluster.mean, i, &point_);
-    Put(source.normals[chosen[i]].cast<double>(), i, &normal_);
+    Put(source.model.leaves[voxels[i]].cluster.mean, i, &point_);
+    Put(source.normals[voxels[i]].cast<double>(), i, &normal_);
   }
 }
 

@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "core/even_choice.h"
 #include "core/rigid_transform.h"
 #include "stages/cloud_agreement.h"
 #include "stages/surface.h"
@@ -16,10 +17,10 @@ namespace backsight {
 /// others keeps it. Memory 136 bytes per chosen voxel.
 class SurfacePairs {
  public:
-  /// `stride`: every so many-th voxel of the source, if its normal is defined. What the surfaces
+  /// `chosen`: voxels of the source; those without a defined normal are left out. What the surfaces
   /// refer to, and the index, must outlive it.
   SurfacePairs(const Surface& source, const Surface& target, const CloudIndex& target_index,
-               std::size_t stride, double reach_m);
+               const EvenChoice& chosen, double reach_m);
 
   /// Normal equations of the pairs within the rule, whose reach is that of the constructor.
   SurfacePairSums Sum(const RigidTransform& target_from_source, const SurfacePairRule& rule);
