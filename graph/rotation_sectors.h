@@ -36,17 +36,16 @@ class RotationSectors {
     const auto first = static_cast<std::uint32_t>(arc.begin * kPerTurn);
     const auto last =
         static_cast<std::uint32_t>((wraps ? arc.end - kFullTurn : arc.end) * kPerTurn);
-    if (wraps && last >= first) {  // all round
-      ++changes_[0];
-      return;
-    }
-    ++changes_[first];
-    --changes_[last + 1];
-    if (wraps) ++changes_[0];
+    const int is_all = static_cast<int>(wraps) & static_cast<int>(last >= first);
+    changes_[first] += 1 - is_all;  // without branches: arcs follow no pattern
+    changes_[last + 1] -= 1 - is_all;
+    changes_[0] += static_cast<int>(wraps);
   }
   /// Ends adding. Returns the most arcs that touch one sector.
   int Count();
 
+  /// How many arcs touch a sector.
+  int ArcsIn(std::size_t sector) const { return counts_[sector]; }
   /// The middle of the first run of fullest sectors.
   double PeakTurn() const;
   /// Runs of sectors with more than `bar`, ascending.
