@@ -146,8 +146,9 @@ void EdgeEvaluator::KeepPromising(std::span<const RotationSectors::Run> runs, in
 bool EdgeEvaluator::IsKnown(const Edge& edge, const RotationSectors::Run& run, int most,
                             const KnownHypotheses& known) const {
   constexpr double kRounding = 1e-6;
-  const double begin = AngleOf(run.begin_turn());
-  const double end = AngleOf(run.end_turn());
+  if (known.hypotheses.front().consensus < most) return false;
+  const double begin = run.begin_angle();
+  const double end = run.end_angle();
   const double half = 0.5 * (end - begin) + kRounding;
   if (half >= known.nearness.angle_rad) return false;
   const RigidTransform middle = edge.Motion(0.5 * (begin + end));

@@ -15,11 +15,16 @@ class RotationSectors {
  public:
   static constexpr std::uint32_t kCount = 512;
 
+  /// Radians from the first sector's begin to a sector's, or, with kCount, all round.
+  static double AngleBefore(std::size_t sector);
+
   /// Sectors [begin, end) side by side.
   struct Run {
     std::size_t begin, end;
     double begin_turn() const { return kFullTurn * static_cast<double>(begin) / kCount; }
     double end_turn() const { return kFullTurn * static_cast<double>(end) / kCount; }
+    double begin_angle() const { return AngleBefore(begin); }  ///< radians
+    double end_angle() const { return AngleBefore(end); }
     bool Touches(const TurnArc& arc) const {
       const double begin_at = begin_turn();
       const int before_end = arc.begin <= end_turn() ? 1 : 0;
