@@ -54,7 +54,8 @@ SurfacePairs::SurfacePairs(const Surface& source, const Surface& target,
   std::vector<std::size_t> voxels;
   voxels.reserve(chosen.count());
   for (std::size_t i = 0; i < chosen.count(); ++i) {
-    if (source.normals[chosen[i]].allFinite()) voxels.push_back(chosen[i]);
+    const std::size_t voxel = chosen[i];
+    if (source.normals[voxel].allFinite()) voxels.push_back(voxel);
   }
   count_ = voxels.size();
   for (Columns* columns : {&point_, &normal_, &asked_, &fixed_, &fixed_normal_}) {
