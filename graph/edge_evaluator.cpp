@@ -141,24 +141,36 @@ void EdgeEvaluator::KeepPromising(std::span<const RotationSectors::Run> runs, in
   }
 }
 
-/// Whether every promising run lies near a known hypothesis that gathers no fewer than the run can.
-bool EdgeEvaluator::IsKnown(const Edge& edge, const KnownHypotheses& known) const {
+/// Whether a run of sectors that holds at most `most` key points lies near a known hypothesis that
+/// gathers no fewer.
+bool EdgeEvaluator::IsKnown(const Edge& edge, const RotationSectors::Run& run, int most,
+                            const KnownHypotheses& known) const {
   constexpr double kRounding = 1e-6;
+  if (known.hypotheses.front().consensus < most) return false;
+  const double begin = run.begin_angle();
+  const double end = run.end_angle();
+  const double half = 0.5 * (end - begin) + kRounding;
+  if (half >= known.nearness.angle_rad) return false;
+  const RigidTransform middle = edge.Motion(0.5 * (begin + end));
+  const Eigen::Vector3d arm = middle * known.nearness.centroid - edge.target;
+  const double lever_m = arm.cross(edge.target_axis).norm() + kRounding;
+  return std::any_of(known.hypotheses.begin(), known.hypotheses.end(),
+                     [&](const EdgeHypothesis& h) {
+                       return h.consensus >= most &&
+                              known.nearness.IsNear(h.target_from_source, middle, half, lever_m);
+                     });
+}
+
+/// Whether every promising run, or else every sector of it, is known.
+bool EdgeEvaluator::AllKnown(const Edge& edge, const KnownHypotheses& known) const {
   if (known.hypotheses.empty()) return false;
   for (std::size_t i = 0; i < promising_.size(); ++i) {
-    const double begin = AngleOf(promising_[i].begin_turn());
-    const double end = AngleOf(promising_[i].end_turn());
-    const double half = 0.5 * (end - begin) + kRounding;
-    if (half >= known.nearness.angle_rad) return false;
-    const RigidTransform middle = edge.Motion(0.5 * (begin + end));
-    const Eigen::Vector3d arm = middle * known.nearness.centroid - edge.target;
-    const double lever_m = arm.cross(edge.target_axis).norm() + kRounding;
-    const bool is_known =
-        std::any_of(known.hypotheses.begin(), known.hypotheses.end(), [&](const EdgeHypothesis& h) {
-          return h.consensus >= most_in_[i] &&
-                 known.nearness.IsNear(h.target_from_source, middle, half, lever_m);
-        });
-    if (!is_known) return false;
+    const RotationSectors::Run& run = promising_[i];
+    if (IsKnown(edge, run, most_in_[i], known)) continue;
+    for (std::size_t sector = run.begin; sector < run.end; ++sector) {
+      const int most = std::min(sectors_.ArcsIn(sector), most_in_[i]);
+      if (!IsKnown(edge, {sector, sector + 1}, most, known)) return false;
+    }
   }
   return true;
 }
@@ -170,7 +182,7 @@ std::optional<EdgeHypothesis> EdgeEvaluator::Tight(const Edge& edge, int bar,
   // The best rotation gathers no fewer than that in the middle of the fullest sectors.
   bar = std::max(bar, CountAt(sectors_.PeakTurn()) - 1);
   KeepPromising(sectors_.RunsAbove(bar), bar);
-  if (promising_.empty() || IsKnown(edge, known)) return std::nullopt;
+  if (promising_.empty() || AllKnown(edge, known)) return std::nullopt;
   const StabbingResult stabbed = stabber_.Stab(arcs_, promising_);
   return EdgeHypothesis{edge.Motion(stabbed.angle), stabbed.count};
 }

@@ -66,7 +66,9 @@ class EdgeEvaluator {
   int CountAt(double turn);
   int DistinctIn(const RotationSectors::Run& run);
   void KeepPromising(std::span<const RotationSectors::Run> runs, int bar);
-  bool IsKnown(const Edge& edge, const KnownHypotheses& known) const;
+  bool IsKnown(const Edge& edge, const RotationSectors::Run& run, int most,
+               const KnownHypotheses& known) const;
+  bool AllKnown(const Edge& edge, const KnownHypotheses& known) const;
   std::optional<EdgeHypothesis> Tight(const Edge& edge, int bar, const KnownHypotheses& known);
   bool LiesAlike(const Edge& edge, std::uint32_t row) const;
   std::optional<EdgeHypothesis> Upright(const Edge& edge, int bar,

@@ -1,5 +1,8 @@
 #include "graph/reliability_kernels.h"
 
+#include <algorithm>
+#include <limits>
+
 // Highway compiles this file once for every instruction set and picks one at run time.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "graph/reliability_kernels.cpp"
@@ -20,7 +23,7 @@ using Sums = hn::CappedTag<float, kLanes>;
 /// Squared distances from one row to others, in both clouds.
 template <class D>
 struct Squares {
-  hn::Vec<D> uz, vz;  // height differences
+  hn::Vec<D> rise;  // in the source beyond that in the target
   hn::Vec<D> in_source, in_target;
 };
 
@@ -32,7 +35,7 @@ HWY_INLINE Squares<D> SquaresAt(D d, const ColumnView& c, std::size_t a, std::si
   const auto vx = hn::Sub(hn::LoadU(d, c.px + b), hn::Set(d, c.px[a]));
   const auto vy = hn::Sub(hn::LoadU(d, c.py + b), hn::Set(d, c.py[a]));
   const auto vz = hn::Sub(hn::LoadU(d, c.pz + b), hn::Set(d, c.pz[a]));
-  return {uz, vz, hn::Add(hn::Add(hn::Mul(ux, ux), hn::Mul(uy, uy)), hn::Mul(uz, uz)),
+  return {hn::Sub(uz, vz), hn::Add(hn::Add(hn::Mul(ux, ux), hn::Mul(uy, uy)), hn::Mul(uz, uz)),
           hn::Add(hn::Add(hn::Mul(vx, vx), hn::Mul(vy, vy)), hn::Mul(vz, vz))};
 }
 
@@ -90,39 +93,69 @@ HWY_INLINE hn::Vec<D> Weights(D d, const Squares<D>& s, const CompatibilityRule&
   const auto x = hn::Abs(hn::Sub(length, hn::Sqrt(s.in_target)));
   const auto rise = hn::Add(hn::Set(d, rule.height_m), hn::Mul(hn::Set(d, rule.slope), length));
   const auto apart = hn::And(hn::Gt(s.in_source, zero), hn::Gt(s.in_target, zero));
-  const auto level = hn::Lt(hn::Abs(hn::Sub(s.uz, s.vz)), rise);
+  const auto level = hn::Lt(hn::Abs(s.rise), rise);
   const auto compatible = hn::And(hn::And(hn::Lt(x, hn::Set(d, rule.limit_m)), apart), level);
   const auto weight = ExpNegative(d, hn::Mul(hn::Mul(x, x), hn::Set(d, rule.inverse_6l2)));
   return hn::IfThenElseZero(compatible, weight);
 }
 
-/// Adds term i to the sum i modulo kLanes, those of lower i first.
-HWY_INLINE void AddTo(hn::Vec<Wide> terms, float* sums) {
-  const Sums d;
-  HWY_ALIGN float stored[kChunk];
-  hn::Store(terms, Wide(), stored);
-  for (std::size_t i = 0; i < hn::Lanes(Wide()); i += hn::Lanes(d)) {
-    float* sum = sums + i % kLanes;
-    hn::StoreU(hn::Add(hn::LoadU(d, sum), hn::Load(d, stored + i)), d, sum);
-  }
+/// Appends the rows from `b` on whose lane is set, without branches; writes whole vectors.
+template <class D>
+HWY_INLINE std::size_t Append(D d, hn::Mask<D> mask, std::size_t b, std::size_t count,
+                              std::uint32_t* found) {
+  const hn::Rebind<std::uint32_t, D> in_rows;
+  // From 0, so that compilers make it once.
+  const auto rows = hn::Add(hn::Iota(in_rows, 0U), hn::Set(in_rows, static_cast<std::uint32_t>(b)));
+  hn::StoreU(hn::Compress(rows, hn::RebindMask(in_rows, mask)), in_rows, found + count);
+  return count + hn::CountTrue(d, mask);
 }
 
-/// Calls `body(weights, b, k)` for runs of rows b from `begin`, a multiple of kChunk, on: their
-/// weights, none from `whole` on, and which of the lanes the first one belongs to. Leaves out runs
-/// that have none.
-template <class Body>
-HWY_INLINE void ForWeights(const ColumnView& c, const CompatibilityRule& rule, std::size_t a,
-                           std::size_t begin, std::size_t whole, Body body) {
+/// Rows that may be compatible with one row, with the squares of their distances from it.
+struct NearRows {
+  static constexpr std::size_t kMost = 2048;
+  HWY_ALIGN std::uint32_t row[kMost + kChunk];
+  HWY_ALIGN float rise[kMost + kChunk];  // in the source beyond that in the target
+  HWY_ALIGN float in_source[kMost + kChunk];
+  HWY_ALIGN float in_target[kMost + kChunk];
+  HWY_ALIGN float weight[kMost + kChunk];
+};
+
+/// Lists the rows b in [begin, end), at most kMost and from a multiple of kChunk on, that may be
+/// compatible with row a, ascending, without branches: nobody could foretell them. Returns their
+/// number.
+HWY_INLINE std::size_t ListNear(const ColumnView& c, const CompatibilityRule& rule, std::size_t a,
+                                std::size_t begin, std::size_t end, NearRows* near) {
   const Wide d;
   const RootlessTest test(rule.limit_m);
-  for (std::size_t b = begin; b < whole; b += hn::Lanes(d)) {
-    const Squares<Wide> squares = SquaresAt(d, c, a, b);
-    if (hn::AllFalse(d, MayAgree(d, squares.in_source, squares.in_target, test))) continue;
-    auto weights = Weights(d, squares, rule);
-    if (b + hn::Lanes(d) > whole) {
-      weights = hn::IfThenElseZero(hn::FirstN(d, whole - b), weights);
+  const bool is_upright = rule.height_m < std::numeric_limits<float>::infinity();
+  std::size_t count = 0;
+  for (std::size_t b = begin; b < end; b += hn::Lanes(d)) {
+    const Squares<Wide> s = SquaresAt(d, c, a, b);
+    auto may = MayAgree(d, s.in_source, s.in_target, test);
+    if (b + hn::Lanes(d) > end) may = hn::And(may, hn::FirstN(d, end - b));
+    hn::StoreU(hn::Compress(s.in_source, may), d, near->in_source + count);
+    hn::StoreU(hn::Compress(s.in_target, may), d, near->in_target + count);
+    if (is_upright) hn::StoreU(hn::Compress(s.rise, may), d, near->rise + count);
+    count = Append(d, may, b, count, near->row);
+  }
+  return count;
+}
+
+/// Calls `body(weight, b)` for the rows b in [begin, whole) that may be compatible with row a,
+/// ascending; `begin` is a multiple of kChunk. Weights are computed where rows are listed, whole
+/// vectors of them.
+template <class Body>
+HWY_INLINE void ForWeights(const ColumnView& c, const CompatibilityRule& rule, std::size_t a,
+                           std::size_t begin, std::size_t whole, NearRows* near, Body body) {
+  const Wide d;
+  for (std::size_t b = begin; b < whole; b += NearRows::kMost) {
+    const std::size_t count = ListNear(c, rule, a, b, std::min(b + NearRows::kMost, whole), near);
+    for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
+      const Squares<Wide> s{hn::Load(d, near->rise + i), hn::Load(d, near->in_source + i),
+                            hn::Load(d, near->in_target + i)};
+      hn::Store(Weights(d, s, rule), d, near->weight + i);
     }
-    body(weights, b, b % kLanes);
+    for (std::size_t i = 0; i < count; ++i) body(near->weight[i], near->row[i]);
   }
 }
 
@@ -135,13 +168,13 @@ HWY_INLINE void StoreLast(const ColumnView& c, const CompatibilityRule& rule, st
   }
 }
 
-float SumReliability(const ColumnView& c, const CompatibilityRule& rule, std::size_t a) {
+float SumReliability(const ColumnView& c, const CompatibilityRule& rule, std::size_t a,
+                     NearRows* near) {
   HWY_ALIGN float lanes[kLanes] = {};
   HWY_ALIGN float last[kLanes];
   const std::size_t whole = c.rows - c.rows % kLanes;
-  ForWeights(c, rule, a, 0, whole, [&](hn::Vec<Wide> weights, std::size_t, std::size_t lane) {
-    AddTo(weights, lanes + lane);
-  });
+  ForWeights(c, rule, a, 0, whole, near,
+             [&](float weight, std::uint32_t b) { lanes[b % kLanes] += weight; });
   StoreLast(c, rule, a, whole, last);
   float sum = 0.0F;
   for (const float lane : lanes) sum += lane;
@@ -151,20 +184,19 @@ float SumReliability(const ColumnView& c, const CompatibilityRule& rule, std::si
 
 void SumReliabilities(const ColumnView& c, const CompatibilityRule& rule, std::size_t begin,
                       float* out, std::size_t count) {
-  for (std::size_t i = 0; i < count; ++i) out[i] = SumReliability(c, rule, begin + i);
+  NearRows near{};
+  for (std::size_t i = 0; i < count; ++i) out[i] = SumReliability(c, rule, begin + i, &near);
 }
 
 /// Adds what the rows after `a`, but for those from `whole` on, have in common with it: to `lanes`
 /// by their own number, and to their own sums in the lane of `a`, whose columns begin at `of_rows`.
 HWY_INLINE void AddLater(const ColumnView& c, const CompatibilityRule& rule, std::size_t a,
-                         std::size_t whole, float* lanes, float* of_rows) {
-  const Wide d;
+                         std::size_t whole, NearRows* near, float* lanes, float* of_rows) {
   const std::size_t begin = (a + 1) / kChunk * kChunk;
-  ForWeights(c, rule, a, begin, whole, [&](hn::Vec<Wide> weights, std::size_t b, std::size_t lane) {
-    if (b + hn::Lanes(d) <= a + 1) return;
-    if (b <= a) weights = hn::IfThenZeroElse(hn::FirstN(d, a + 1 - b), weights);
-    AddTo(weights, lanes + lane);
-    hn::StoreU(hn::Add(hn::LoadU(d, of_rows + b), weights), d, of_rows + b);
+  ForWeights(c, rule, a, begin, whole, near, [&](float weight, std::uint32_t b) {
+    const float later = b > a ? weight : 0.0F;
+    lanes[b % kLanes] += later;
+    of_rows[b] += later;
   });
 }
 
@@ -172,13 +204,14 @@ HWY_INLINE void AddLater(const ColumnView& c, const CompatibilityRule& rule, std
 /// the order of SumReliability.
 void SumAllReliabilities(const ColumnView& c, const CompatibilityRule& rule, std::size_t stride,
                          float* HWY_RESTRICT sums, float* HWY_RESTRICT out) {
+  NearRows near{};
   const std::size_t whole = c.rows - c.rows % kLanes;
   for (std::size_t a = 0; a < c.rows; ++a) {
     HWY_ALIGN float lanes[kLanes];
     HWY_ALIGN float last[kLanes];
     float* of_rows = sums + a % kLanes * stride;
     for (std::size_t k = 0; k < kLanes; ++k) lanes[k] = sums[k * stride + a];
-    if (a < whole) AddLater(c, rule, a, whole, lanes, of_rows);
+    if (a < whole) AddLater(c, rule, a, whole, &near, lanes, of_rows);
     StoreLast(c, rule, a, whole, last);
     if (a < whole) {
       for (std::size_t k = 0; k < kLanes; ++k) of_rows[whole + k] += last[k];
@@ -190,18 +223,9 @@ void SumAllReliabilities(const ColumnView& c, const CompatibilityRule& rule, std
   }
 }
 
-/// Appends the rows from `b` on whose lane is set, without branches; writes whole vectors.
-template <class D>
-HWY_INLINE std::size_t Append(D d, hn::Mask<D> mask, std::size_t b, std::size_t count,
-                              std::uint32_t* found) {
-  const hn::Rebind<std::uint32_t, D> in_rows;
-  const auto rows = hn::Iota(in_rows, static_cast<std::uint32_t>(b));
-  hn::StoreU(hn::Compress(rows, hn::RebindMask(in_rows, mask)), in_rows, found + count);
-  return count + hn::CountTrue(d, mask);
-}
-
-std::size_t FindSameLength(const ColumnView& c, std::size_t a, std::size_t begin, float limit_m,
-                           std::uint32_t* found) {
+std::size_t FindSameLength(const ColumnView& columns, std::size_t a, std::size_t begin,
+                           float limit_m, std::uint32_t* HWY_RESTRICT found) {
+  const ColumnView c = columns;  // cannot be what is written to
   const Wide d;
   const RootlessTest test(limit_m);
   std::size_t count = 0;
@@ -211,8 +235,10 @@ std::size_t FindSameLength(const ColumnView& c, std::size_t a, std::size_t begin
   return count;
 }
 
-std::size_t FindAlongEdge(const ColumnView& c, const EdgeAxes& e, float limit_m, std::size_t bar,
-                          std::uint32_t* found) {
+std::size_t FindAlongEdge(const ColumnView& columns, const EdgeAxes& edge, float limit_m,
+                          std::size_t bar, std::uint32_t* HWY_RESTRICT found) {
+  const ColumnView c = columns;  // cannot be what is written to
+  const EdgeAxes e = edge;
   const Wide d;
   const RootlessTest test(limit_m);
   const std::size_t a = e.row;
@@ -227,7 +253,6 @@ std::size_t FindAlongEdge(const ColumnView& c, const EdgeAxes& e, float limit_m,
     const auto p = times(c.px, e.px, times(c.py, e.py, times(c.pz, e.pz, hn::Set(d, -here))));
     const auto along = times(c.qx, -e.qx, times(c.qy, -e.qy, times(c.qz, -e.qz, p)));
     const auto beside = hn::Lt(hn::Abs(along), hn::Set(d, limit_m));
-    if (hn::AllFalse(d, beside)) continue;
     count = Append(d, hn::And(beside, MayAgree(d, c, a, b, test)), b, count, found);
   }
   return count <= bar ? 0 : count;

@@ -4,6 +4,15 @@
 
 namespace backsight {
 
+double RotationSectors::AngleBefore(std::size_t sector) {
+  static const auto kAngles = [] {
+    std::array<double, kCount + 1> angles{};
+    for (std::size_t i = 0; i <= kCount; ++i) angles[i] = AngleOf(Run{i, i}.begin_turn());
+    return angles;
+  }();
+  return kAngles[sector];
+}
+
 int RotationSectors::Count() {
   int count = 0;
   for (std::size_t sector = 0; sector < kCount; ++sector) {

@@ -15,11 +15,16 @@ class RotationSectors {
  public:
   static constexpr std::uint32_t kCount = 512;
 
+  /// Radians from the first sector's begin to a sector's, or, with kCount, all round.
+  static double AngleBefore(std::size_t sector);
+
   /// Sectors [begin, end) side by side.
   struct Run {
     std::size_t begin, end;
     double begin_turn() const { return kFullTurn * static_cast<double>(begin) / kCount; }
     double end_turn() const { return kFullTurn * static_cast<double>(end) / kCount; }
+    double begin_angle() const { return AngleBefore(begin); }  ///< radians
+    double end_angle() const { return AngleBefore(end); }
     bool Touches(const TurnArc& arc) const {
       const double begin_at = begin_turn();
       const int before_end = arc.begin <= end_turn() ? 1 : 0;
@@ -36,17 +41,16 @@ class RotationSectors {
     const auto first = static_cast<std::uint32_t>(arc.begin * kPerTurn);
     const auto last =
         static_cast<std::uint32_t>((wraps ? arc.end - kFullTurn : arc.end) * kPerTurn);
-    if (wraps && last >= first) {  // all round
-      ++changes_[0];
-      return;
-    }
-    ++changes_[first];
-    --changes_[last + 1];
-    if (wraps) ++changes_[0];
+    const int is_all = static_cast<int>(wraps) & static_cast<int>(last >= first);
+    changes_[first] += 1 - is_all;  // without branches: arcs follow no pattern
+    changes_[last + 1] -= 1 - is_all;
+    changes_[0] += static_cast<int>(wraps);
   }
   /// Ends adding. Returns the most arcs that touch one sector.
   int Count();
 
+  /// How many arcs touch a sector.
+  int ArcsIn(std::size_t sector) const { return counts_[sector]; }
   /// The middle of the first run of fullest sectors.
   double PeakTurn() const;
   /// Runs of sectors with more than `bar`, ascending.

@@ -31,11 +31,9 @@ HWY_INLINE Doubles Along(const Vector& v, const EdgeFrame::Axis& axis) {
                  hn::Mul(v.z, Constant(axis[2])));
 }
 
-HWY_INLINE Doubles SumOfSquares(Doubles a, Doubles b, Doubles c) {
-  return hn::Add(hn::Add(hn::Mul(a, a), hn::Mul(b, b)), hn::Mul(c, c));
+HWY_INLINE Doubles SquaredLength(const Vector& v) {
+  return hn::Add(hn::Add(hn::Mul(v.x, v.x), hn::Mul(v.y, v.y)), hn::Mul(v.z, v.z));
 }
-
-HWY_INLINE Doubles Length(const Vector& v) { return hn::Sqrt(SumOfSquares(v.x, v.y, v.z)); }
 
 /// TurnOf of directions.
 HWY_INLINE Doubles Turn(Doubles x, Doubles y) {
@@ -51,36 +49,49 @@ struct Arc {
   Doubles begin, end;
 };
 
-/// Of the rotations that bring (mu, mv) within the limit of (qu, qv), `along` apart across:
-/// |Rz(angle) m - q|^2 <= limit^2  <=>  cos(angle - (azimuth_q - azimuth_m)) >= kappa.
+/// Of the rotations that bring (mu, mv) within the limit of (qu, qv), `along` apart across: with c
+/// the cosine of the angle less (azimuth_q - azimuth_m), |Rz(angle) m - q|^2 <= limit^2  <=>
+/// c |2 m q| >= rest. Turns do not depend on their direction's length, so nothing is divided by
+/// |2 m q|, which needs a root.
 HWY_INLINE Arc ArcOf(Doubles mu, Doubles mv, Doubles qu, Doubles qv, Doubles along,
                      double limit_m) {
-  const Doubles zero = hn::Zero(Tag()), one = Constant(1.0), full = Constant(4.0);
+  const Doubles zero = hn::Zero(Tag()), full = Constant(4.0);
   const Doubles m2 = hn::Add(hn::Mul(mu, mu), hn::Mul(mv, mv));
   const Doubles q2 = hn::Add(hn::Mul(qu, qu), hn::Mul(qv, qv));
-  const Doubles product = hn::Mul(Constant(2.0), hn::Sqrt(hn::Mul(m2, q2)));
+  const Doubles product2 = hn::Mul(Constant(4.0), hn::Mul(m2, q2));  // |2 m q|^2
   const Doubles rest =
       hn::Sub(hn::Add(hn::Add(m2, q2), hn::Mul(along, along)), Constant(limit_m * limit_m));
-  const auto all = hn::And(hn::Or(hn::Lt(product, Constant(1e-12)), hn::Le(rest, hn::Neg(product))),
-                           hn::Le(rest, zero));
-  const Doubles kappa = hn::Div(rest, hn::Max(product, Constant(1e-12)));
-  const Doubles sine = hn::Sqrt(hn::Max(hn::Mul(hn::Sub(one, kappa), hn::Add(one, kappa)), zero));
+  const Doubles squares = hn::Sub(product2, hn::Mul(rest, rest));
+  const auto negative = hn::Le(rest, zero);
+  const auto all =
+      hn::And(hn::Or(hn::Lt(product2, Constant(1e-24)), hn::Le(squares, zero)), negative);
+  const auto some = hn::Or(hn::Ge(squares, zero), negative);
+  const Doubles sine = hn::Sqrt(hn::Max(squares, zero));  // times |2 m q|, as is the cosine, rest
   // The middle's direction, turned back and on by half the width.
   const Doubles x = hn::Add(hn::Mul(qu, mu), hn::Mul(qv, mv));
   const Doubles y = hn::Sub(hn::Mul(qv, mu), hn::Mul(qu, mv));
-  const Doubles xk = hn::Mul(x, kappa), yk = hn::Mul(y, kappa);
+  const Doubles xk = hn::Mul(x, rest), yk = hn::Mul(y, rest);
   const Doubles xs = hn::Mul(x, sine), ys = hn::Mul(y, sine);
   Doubles begin = Turn(hn::Add(xk, ys), hn::Sub(yk, xs));
   begin = hn::IfThenElse(hn::Ge(begin, full), zero, begin);
   Doubles end = Turn(hn::Sub(xk, ys), hn::Add(yk, xs));
   end = hn::IfThenElse(hn::Lt(end, begin), hn::Add(end, full), end);
-  return {hn::Or(all, hn::Le(rest, product)), hn::IfThenElse(all, zero, begin),
-          hn::IfThenElse(all, full, end)};
+  return {some, hn::IfThenElse(all, zero, begin), hn::IfThenElse(all, full, end)};
 }
 
-std::size_t Turns(const OffsetColumns& rows, const EdgeFrame& e, double limit_m,
+/// Whether lengths of these squares differ by less than the limit: |sqrt a - sqrt b| < e  <=>
+/// a + b - e^2 < 2 sqrt(a b).
+HWY_INLINE hn::Mask<Tag> AreOneLength(Doubles a, Doubles b, double limit_m) {
+  const Doubles rest = hn::Sub(hn::Add(a, b), Constant(limit_m * limit_m));
+  const Doubles product2 = hn::Mul(Constant(4.0), hn::Mul(a, b));
+  return hn::Or(hn::Lt(rest, hn::Zero(Tag())), hn::Lt(hn::Mul(rest, rest), product2));
+}
+
+std::size_t Turns(const OffsetColumns& columns, const EdgeFrame& edge, double limit_m,
                   std::uint32_t* HWY_RESTRICT places, double* HWY_RESTRICT begins,
                   double* HWY_RESTRICT ends) {
+  const OffsetColumns rows = columns;  // cannot be what is written to
+  const EdgeFrame e = edge;
   const Tag d;
   const Doubles limit = Constant(limit_m);
   HWY_ALIGN double begin[kTurnPadding];
@@ -91,7 +102,7 @@ std::size_t Turns(const OffsetColumns& rows, const EdgeFrame& e, double limit_m,
     const Vector t = LoadVector(rows.target, i);
     const Doubles in_source = Along(s, e.source_along);
     const Doubles in_target = Along(t, e.target_along);
-    const auto alike = hn::And(hn::Lt(hn::Abs(hn::Sub(Length(s), Length(t))), limit),
+    const auto alike = hn::And(AreOneLength(SquaredLength(s), SquaredLength(t), limit_m),
                                hn::Lt(hn::Abs(hn::Sub(in_source, in_target)), limit));
     const Doubles along = hn::Sub(in_target, hn::Add(in_source, Constant(e.shift_m)));
     const Arc arc = ArcOf(Along(s, e.source_u), Along(s, e.source_v), Along(t, e.target_u),

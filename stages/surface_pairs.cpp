@@ -8,6 +8,7 @@
 namespace backsight {
 namespace {
 
+constexpr std::uint32_t kNone = ~0U;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 using Column = std::unique_ptr<double[]>;
@@ -48,23 +49,25 @@ SurfaceMotion MotionOf(const RigidTransform& transform) {
 }  // namespace
 
 SurfacePairs::SurfacePairs(const Surface& source, const Surface& target,
-                           const CloudIndex& target_index, std::size_t stride, double reach_m)
+                           const CloudIndex& target_index, const EvenChoice& chosen, double reach_m)
     : target_(target), index_(target_index), reach_m_(reach_m) {
-  std::vector<std::size_t> chosen;
-  chosen.reserve(source.normals.size() / stride + 1);
-  for (std::size_t i = 0; i < source.normals.size(); i += stride) {
-    if (source.normals[i].allFinite()) chosen.push_back(i);
+  std::vector<std::size_t> voxels;
+  voxels.reserve(chosen.count());
+  for (std::size_t i = 0; i < chosen.count(); ++i) {
+    const std::size_t voxel = chosen[i];
+    if (source.normals[voxel].allFinite()) voxels.push_back(voxel);
   }
-  count_ = chosen.size();
+  count_ = voxels.size();
   for (Columns* columns : {&point_, &normal_, &asked_, &fixed_, &fixed_normal_}) {
     for (Column& column : *columns) column = MakeColumn(count_);
   }
   others_ = MakeColumn(count_);
   uncertain_.resize(count_);
+  answers_.resize(count_);
   std::iota(uncertain_.begin(), uncertain_.end(), 0U);
   for (std::size_t i = 0; i < count_; ++i) {
-    Put(source.model.leaves[chosen[i]].cluster.mean, i, &point_);
-    Put(source.normals[chosen[i]].cast<double>(), i, &normal_);
+    Put(source.model.leaves[voxels[i]].cluster.mean, i, &point_);
+    Put(source.normals[voxels[i]].cast<double>(), i, &normal_);
   }
 }
 
@@ -73,21 +76,25 @@ SurfacePairColumns SurfacePairs::View() const {
           Begins(fixed_normal_), others_.get(),   count_};
 }
 
-void SurfacePairs::AskAgain(const RigidTransform& target_from_source, std::size_t i) {
-  const Eigen::Vector3d moved = target_from_source * Get(point_, i);
+/// Of the first `count` of those uncertain.
+void SurfacePairs::AskAgain(const RigidTransform& target_from_source, std::size_t count) {
   const double wide_m = 1.1 * reach_m_;
-  const auto nearest = index_.voxels.Nearest(index_.means, moved, wide_m);
-  Put(moved, i, &asked_);
-  Eigen::Vector3d fixed = Eigen::Vector3d::Constant(kNaN);
-  Eigen::Vector3d fixed_normal = fixed;
-  others_[i] = wide_m;
-  if (nearest) {
-    fixed = index_.means[nearest->voxel];
-    fixed_normal = target_.normals[nearest->voxel].cast<double>();
-    others_[i] = std::sqrt(nearest->others_squared_m2);
+  for (std::size_t n = 0; n < count; ++n) {
+    const std::size_t i = uncertain_[n];
+    const Eigen::Vector3d moved = target_from_source * Get(point_, i);
+    const auto nearest = index_.voxels.Nearest(index_.means, moved, wide_m);
+    Put(moved, i, &asked_);
+    others_[i] = nearest ? std::sqrt(nearest->others_squared_m2) : wide_m;
+    answers_[n] = nearest ? nearest->voxel : kNone;
   }
-  Put(fixed, i, &fixed_);
-  Put(fixed_normal, i, &fixed_normal_);
+  // Apart from the search, so that the processor fetches several of them at a time.
+  for (std::size_t n = 0; n < count; ++n) {
+    const bool is_some = answers_[n] != kNone;
+    const Eigen::Vector3d none = Eigen::Vector3d::Constant(kNaN);
+    Put(is_some ? index_.means[answers_[n]] : none, uncertain_[n], &fixed_);
+    Put(is_some ? Eigen::Vector3d(target_.normals[answers_[n]].cast<double>()) : none,
+        uncertain_[n], &fixed_normal_);
+  }
 }
 
 SurfacePairSums SurfacePairs::Sum(const RigidTransform& target_from_source,
@@ -95,7 +102,7 @@ SurfacePairSums SurfacePairs::Sum(const RigidTransform& target_from_source,
   const SurfaceMotion motion = MotionOf(target_from_source);
   const std::size_t count =
       is_asked_ ? FindUncertain(View(), motion, reach_m_, uncertain_.data()) : count_;
-  for (std::size_t n = 0; n < count; ++n) AskAgain(target_from_source, uncertain_[n]);
+  AskAgain(target_from_source, count);
   is_asked_ = true;
   return SumSurfacePairs(View(), motion, rule);
 }

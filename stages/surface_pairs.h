@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "core/even_choice.h"
 #include "core/rigid_transform.h"
 #include "stages/cloud_agreement.h"
 #include "stages/surface.h"
@@ -13,13 +14,13 @@ namespace backsight {
 
 /// Voxels of a source, evenly chosen, and the nearest ones of a target under motions that differ
 /// little from one to the next: a voxel that has moved by less than its nearest is closer than all
-/// others keeps it. Memory 136 bytes per chosen voxel.
+/// others keeps it. Memory 140 bytes per chosen voxel.
 class SurfacePairs {
  public:
-  /// `stride`: every so many-th voxel of the source, if its normal is defined. What the surfaces
+  /// `chosen`: voxels of the source; those without a defined normal are left out. What the surfaces
   /// refer to, and the index, must outlive it.
   SurfacePairs(const Surface& source, const Surface& target, const CloudIndex& target_index,
-               std::size_t stride, double reach_m);
+               const EvenChoice& chosen, double reach_m);
 
   /// Normal equations of the pairs within the rule, whose reach is that of the constructor.
   SurfacePairSums Sum(const RigidTransform& target_from_source, const SurfacePairRule& rule);
@@ -27,7 +28,7 @@ class SurfacePairs {
  private:
   using Column = std::unique_ptr<double[]>;
   using Columns = std::array<Column, 3>;
-  void AskAgain(const RigidTransform& target_from_source, std::size_t i);
+  void AskAgain(const RigidTransform& target_from_source, std::size_t count);
   SurfacePairColumns View() const;
 
   Surface target_;
@@ -37,6 +38,7 @@ class SurfacePairs {
   Columns point_, normal_, asked_, fixed_, fixed_normal_;
   Column others_;
   std::vector<std::uint32_t> uncertain_;  // all at first
+  std::vector<std::uint32_t> answers_;    // nearest voxels of those asked for last
   bool is_asked_ = false;
 };
 

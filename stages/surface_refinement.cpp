@@ -129,9 +129,8 @@ class NearestMemory {
   std::vector<Entry> entries_;
 };
 
-std::size_t Stride(const Surface& source, const Options& options) {
-  return std::max<std::size_t>(
-      1, source.model.leaves.size() / std::max<std::size_t>(options.sample, 1));
+EvenChoice Chosen(const Surface& source, const Options& options) {
+  return {source.model.leaves.size(), options.sample};
 }
 
 /// The pairs under a motion, with the covariances of their own points; `groups`, if given, gets
@@ -141,12 +140,12 @@ Iteration CollectClusters(const Surface& source, const Surface& target,
                           NearestMemory* memory, std::map<std::uint64_t, Vector6d>* groups) {
   const double l = target.model.resolution_m();
   const VoxelLattice lattice{.edge_m = kGroupEdge * l};
-  const std::size_t stride = Stride(source, options);
+  const EvenChoice chosen = Chosen(source, options);
   Iteration iteration;
-  for (std::size_t i = 0; i < source.model.leaves.size(); i += stride) {
-    const PointCluster& cluster = source.model.leaves[i].cluster;
+  for (std::size_t i = 0; i < chosen.count(); ++i) {
+    const PointCluster& cluster = source.model.leaves[chosen[i]].cluster;
     const Eigen::Vector3d moved = motion * cluster.mean;
-    const std::uint32_t j = memory->Find(i / stride, moved);
+    const std::uint32_t j = memory->Find(i, moved);
     if (j == NearestMemory::kNone) continue;
     const PointCluster& fixed = target.model.leaves[j].cluster;
     const Eigen::Matrix3d own = ClusterCovariance(cluster, l, options.normal_sigma_m);
@@ -220,15 +219,14 @@ SurfaceRefinement RefineOnSurfaces(const Surface& source, const Surface& target,
   result.target_from_source = start;
   const double l = target.model.resolution_m();
   if (options.covariance == Options::Covariance::kSurface) {
-    SurfacePairs pairs(source, target, target_index, Stride(source, options), kReach * l);
+    SurfacePairs pairs(source, target, target_index, Chosen(source, options), kReach * l);
     const SurfacePairRule rule = RuleOf(options, l);
     Descend(
         prior, options,
         [&](const RigidTransform& motion) { return Iteration(pairs.Sum(motion, rule)); }, &result);
     return result;
   }
-  NearestMemory memory(target_index, kReach * l,
-                       source.model.leaves.size() / Stride(source, options) + 1);
+  NearestMemory memory(target_index, kReach * l, Chosen(source, options).count());
   const auto collect = [&](const RigidTransform& motion) {
     return CollectClusters(source, target, motion, options, &memory, nullptr);
   };

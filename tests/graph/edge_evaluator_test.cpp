@@ -152,7 +152,7 @@ TEST(EdgeEvaluator, RulesOutOnlyWhatIsNearAKnownHypothesis) {
     std::sort(known.begin(), known.end(),
               [](const auto& a, const auto& b) { return a.consensus > b.consensus; });
     const HypothesisNearness nearness{c.source[0], 0.035, 0.6};
-    for (int trial = 0; trial < 400; ++trial) {
+    for (int trial = 0; trial < 1500; ++trial) {
       const auto [i, j] = random_edge();
       if (i == j || (c.source[i] - c.source[j]).norm() < kLimit) continue;
       const auto expected = evaluator.Evaluate(i, j, 0);

@@ -13,9 +13,7 @@ namespace {
 
 constexpr double kTurn = 2.0 * std::numbers::pi;
 
-double BeginOf(std::size_t sector) {
-  return AngleOf(RotationSectors::Run{sector, sector}.begin_turn());
-}
+double BeginOf(std::size_t sector) { return RotationSectors::AngleBefore(sector); }
 
 TEST(TurnMeasure, IsTheDirectionInAnotherMeasure) {
   EXPECT_EQ(TurnOf(2.0, 0.0), 0.0);
@@ -37,7 +35,10 @@ TEST(RotationSectors, BeginOneAfterTheOtherAllRound) {
   EXPECT_EQ(BeginOf(0), 0.0);
   EXPECT_EQ(BeginOf(RotationSectors::kCount), kTurn);
   for (std::size_t sector = 0; sector < RotationSectors::kCount; ++sector) {
-    const double width = BeginOf(sector + 1) - BeginOf(sector);
+    const RotationSectors::Run run{sector, sector + 1};
+    EXPECT_EQ(run.begin_angle(), AngleOf(run.begin_turn()));
+    EXPECT_EQ(run.end_angle(), AngleOf(run.end_turn()));
+    const double width = run.end_angle() - run.begin_angle();
     EXPECT_GT(width, 0.6 * kTurn / RotationSectors::kCount);
     EXPECT_LT(width, 1.28 * kTurn / RotationSectors::kCount);
   }

@@ -19,12 +19,14 @@ struct Reference {
 };
 
 /// One voxel after the other, each searched anew.
-Reference SumOneByOne(const HallStation& source, const HallStation& target, std::size_t stride,
-                      const RigidTransform& motion, const SurfacePairRule& rule) {
+Reference SumOneByOne(const HallStation& source, const HallStation& target,
+                      const EvenChoice& chosen, const RigidTransform& motion,
+                      const SurfacePairRule& rule) {
   Reference sums;
   const NeighborSearch search(target.index.means);
   const double less = rule.along_variance - rule.across_variance;
-  for (std::size_t i = 0; i < source.model.leaves.size(); i += stride) {
+  for (std::size_t k = 0; k < chosen.count(); ++k) {
+    const std::size_t i = chosen[k];
     if (!source.features.normals[i].allFinite()) continue;
     const Eigen::Vector3d moved = motion * source.model.leaves[i].cluster.mean;
     std::size_t nearest = 0;
@@ -74,15 +76,17 @@ TEST(SurfacePairs, EqualsTheSumOneByOneUnderMotionsNearAndFar) {
     xi << 0.1 * step, -0.2 * step, 0.1 * step, step, -step, 0.5 * step;
     motions.push_back(Retract(truth, xi));
   }
-  for (const std::size_t stride : {1U, 7U}) {
+  const std::size_t voxels = source.model.leaves.size();
+  for (const std::size_t sample : {voxels, voxels / 7}) {
+    const EvenChoice chosen(voxels, sample);
     std::vector<SurfacePairSums> first;  // of the first instruction set
     ForEachInstructionSet([&](const std::string& name) {
       // One after the other on the same object, so that most nearest voxels are remembered.
-      SurfacePairs pairs(source.surface(), target.surface(), target.index, stride, rule.reach_m);
+      SurfacePairs pairs(source.surface(), target.surface(), target.index, chosen, rule.reach_m);
       std::vector<SurfacePairSums> all;
       for (const RigidTransform& motion : motions) {
         all.push_back(pairs.Sum(motion, rule));
-        const Reference expected = SumOneByOne(source, target, stride, motion, rule);
+        const Reference expected = SumOneByOne(source, target, chosen, motion, rule);
         EXPECT_EQ(all.back().matches, expected.matches) << name;
         EXPECT_GT(expected.matches, 100);
         EXPECT_LT((Full(all.back()) - expected.matrix).norm(), 1e-11 * expected.matrix.norm());
