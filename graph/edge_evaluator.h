@@ -47,7 +47,7 @@ struct KnownHypotheses {
 /// hold less, and so do the key points of all arcs that touch a run of sectors. Rotations are told
 /// apart without trigonometry (graph/turn_measure.h). Keeps its memory from edge to edge. Time O(K)
 /// per edge that a bound rejects, O(K + n log n) for n rows that pass and O(n) for each of the runs
-/// of sectors that may still win.
+/// of sectors that may still win, whose sectors are held against each known hypothesis.
 class EdgeEvaluator {
  public:
   /// `c` and `columns` (of `c`) must outlive it. `limit_m`: 2 l.

@@ -14,7 +14,7 @@ namespace backsight {
 
 /// Voxels of a source, evenly chosen, and the nearest ones of a target under motions that differ
 /// little from one to the next: a voxel that has moved by less than its nearest is closer than all
-/// others keeps it. Memory 140 bytes per chosen voxel.
+/// others keeps it. Memory 136 bytes per chosen voxel.
 class SurfacePairs {
  public:
   /// `chosen`: voxels of the source; those without a defined normal are left out. What the surfaces
