@@ -245,7 +245,7 @@ RigidTransform RefineRoughly(const Surface& source, const Surface& target,
                              const RigidTransform& target_from_source) {
   SurfaceRefinementOptions few;
   few.normal_sigma_m = 0.1 * target.model.resolution_m();
-  few.sample = 2000;
+  few.sample = 4000;
   few.max_iterations = 6;
   return RefineOnSurfaces(source, target, target_index, target_from_source, Matrix6d::Zero(), few)
       .target_from_source;

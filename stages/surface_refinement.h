@@ -15,7 +15,7 @@ struct SurfaceRefinementOptions {
   };
   Covariance covariance = Covariance::kSurface;
   double normal_sigma_m = 0.001;
-  std::size_t sample = 20000;  ///< voxels of the source that are used at most, evenly chosen
+  std::size_t sample = 40000;  ///< voxels of the source that are used at most, evenly chosen
   int max_iterations = 10;
 };
 
