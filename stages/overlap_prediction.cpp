@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/even_choice.h"
+
 namespace backsight {
 
 CoarseOccupancy::CoarseOccupancy(const StationModel& model, int sample) {
@@ -13,9 +15,9 @@ CoarseOccupancy::CoarseOccupancy(const StationModel& model, int sample) {
   std::sort(cells_.begin(), cells_.end());
   cells_.erase(std::unique(cells_.begin(), cells_.end()), cells_.end());
   cells_.shrink_to_fit();
-  const std::size_t count = std::min(model.leaves.size(), static_cast<std::size_t>(sample));
-  for (std::size_t i = 0; i < count; ++i) {
-    sample_.push_back(model.leaves[i * model.leaves.size() / count].cluster.mean);
+  const EvenChoice chosen(model.leaves.size(), static_cast<std::size_t>(sample));
+  for (std::size_t i = 0; i < chosen.count(); ++i) {
+    sample_.push_back(model.leaves[chosen[i]].cluster.mean);
   }
 }
 

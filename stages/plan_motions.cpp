@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <numbers>
 
+#include "core/even_choice.h"
+
 namespace backsight {
 namespace {
 
@@ -68,11 +70,11 @@ class Climber {
 }  // namespace
 
 std::vector<Eigen::Vector3d> SampleSurface(const StationModel& model, std::size_t count) {
-  const std::size_t kept = std::min(model.leaves.size(), count);
+  const EvenChoice chosen(model.leaves.size(), count);
   std::vector<Eigen::Vector3d> surface;
-  surface.reserve(kept);
-  for (std::size_t i = 0; i < kept; ++i) {
-    surface.push_back(model.leaves[i * model.leaves.size() / kept].cluster.mean);
+  surface.reserve(chosen.count());
+  for (std::size_t i = 0; i < chosen.count(); ++i) {
+    surface.push_back(model.leaves[chosen[i]].cluster.mean);
   }
   return surface;
 }

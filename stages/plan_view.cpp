@@ -8,6 +8,8 @@
 #include <numbers>
 #include <tuple>
 
+#include "core/even_choice.h"
+
 namespace backsight {
 namespace {
 
@@ -96,8 +98,8 @@ PlanView::PlanView(const StationModel& model, const StationFeatures& features, d
   FindWalls(model, features);
   FindGround(model);
   if (features.scanner_credible) FindFreeSpace(model.range_image);
-  const std::size_t count = std::min(samples, walls_.size());
-  for (std::size_t k = 0; k < count; ++k) sample_.push_back(walls_[k * walls_.size() / count]);
+  const EvenChoice chosen(walls_.size(), samples);
+  for (std::size_t k = 0; k < chosen.count(); ++k) sample_.push_back(walls_[chosen[k]]);
   field_.Fill(free_);
   for (const PlanWall& wall : walls_) {
     field_.AddWall(FacingSector(wall.facing_rad), CellOf(wall.position_m.x()),

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/even_choice.h"
 #include "core/random.h"
 
 namespace backsight {
@@ -25,10 +26,10 @@ Matrix TrainingSet(std::span<const StationFeatures* const> stations, int size) {
       if (IsFinite(descriptor)) all.push_back(&descriptor);
     }
   }
-  const std::size_t count = std::min(all.size(), static_cast<std::size_t>(size));
-  Matrix rows(static_cast<Eigen::Index>(count), kBins);
-  for (std::size_t i = 0; i < count; ++i) {
-    rows.row(static_cast<Eigen::Index>(i)) = Row(*all[i * all.size() / count]);
+  const EvenChoice chosen(all.size(), static_cast<std::size_t>(size));
+  Matrix rows(static_cast<Eigen::Index>(chosen.count()), kBins);
+  for (std::size_t i = 0; i < chosen.count(); ++i) {
+    rows.row(static_cast<Eigen::Index>(i)) = Row(*all[chosen[i]]);
   }
   return rows;
 }

@@ -58,6 +58,14 @@ std::vector<RankedStation> Ranked(const Yards& yards) {
   return stations;
 }
 
+/// The same, with priors that place stations 1 and 4 together.
+std::vector<RankedStation> RankedWithPriors(const Yards& yards) {
+  std::vector<RankedStation> stations = Ranked(yards);
+  stations[1].prior = StationPrior{};
+  stations[4].prior = StationPrior{};
+  return stations;
+}
+
 TEST(PairRanking, LooksAtTheSamePlaceComeFirst) {
   const ExecutionContext context(1);
   const Yards yards(context);
@@ -72,9 +80,7 @@ TEST(PairRanking, LooksAtTheSamePlaceComeFirst) {
 TEST(PairRanking, PairsMatchedLaterRankAsIfMatchedAtOnce) {
   const ExecutionContext context(1);
   const Yards yards(context);
-  std::vector<RankedStation> stations = Ranked(yards);
-  stations[1].prior = StationPrior{};
-  stations[4].prior = StationPrior{};
+  const std::vector<RankedStation> stations = RankedWithPriors(yards);
   std::vector<PairProspect> at_once = AllPairs(6);
   RankPairs(stations, {}, context, &at_once);
 
@@ -107,9 +113,7 @@ TEST(PairRanking, DoesNotDependOnTheNumberOfThreads) {
 TEST(PairRanking, StationsThatPriorsPlaceTogetherComeFirst) {
   const ExecutionContext context(1);
   const Yards yards(context);
-  std::vector<RankedStation> stations = Ranked(yards);
-  stations[1].prior = StationPrior{};
-  stations[4].prior = StationPrior{};
+  const std::vector<RankedStation> stations = RankedWithPriors(yards);
   std::vector<PairProspect> candidates = AllPairs(6);
   RankPairs(stations, {}, context, &candidates);
   const auto best = std::max_element(
