@@ -60,6 +60,15 @@ void FillRecord(const IngestResult& ingest, Station* station) {
   note_count(ingest.out_of_range, "points outside the range limits dropped");
 }
 
+/// Features, and where the cloud looks like itself.
+void DescribeSurface(const SurveyOptions& options, const ExecutionContext& context,
+                     Station* station) {
+  station->features = ComputeFeatures(station->model, options.features, context);
+  station->record.keypoints = station->features.keypoints.size();
+  station->symmetries = FindSymmetries(station->surface(), station->features, *station->index,
+                                       options.matching, options.coarse, context);
+}
+
 void ComputeStation(const SurveyOptions& options, const ExecutionContext& context,
                     Station* station) {
   const std::unique_ptr<ScanReader> reader =
@@ -72,11 +81,8 @@ void ComputeStation(const SurveyOptions& options, const ExecutionContext& contex
   station->model = std::move(ingest.model);
   station->record.extent_m = ExtentOf(station->model);
   station->content_fingerprint = FingerprintOf(station->model);
-  station->features = ComputeFeatures(station->model, options.features, context);
-  station->record.keypoints = station->features.keypoints.size();
   station->index = std::make_shared<const CloudIndex>(station->model);
-  station->symmetries = FindSymmetries(station->surface(), station->features, *station->index,
-                                       options.matching, options.coarse, context);
+  DescribeSurface(options, context, station);
   if (!station->features.scanner_credible) {
     station->record.notes.push_back(
         "the scan does not look as if its scanner had stood at (0, 0, 0); normals were oriented by "
@@ -165,6 +171,23 @@ Station MakeStation(const StationSpec& spec) {
 }
 
 }  // namespace
+
+void ForgetScanner(const SurveyOptions& options, const ExecutionContext& context,
+                   Station* station) {
+  station->model.scanner_place = ScannerPlace::kUnknown;
+  station->prepared = PreparedStation();
+  if (!station->digest.empty()) station->digest += " without scanner";
+  station->record.notes.push_back(
+      "its scanner cannot have stood at the scan's origin: from there it would have seen through "
+      "surfaces that several other stations measured, which all place the station alike; the scan "
+      "was taken as one whose scanner is unknown; give scanner_origin_m if you know it");
+  try {
+    DescribeSurface(options, context, station);
+  } catch (const std::bad_alloc&) {
+    station->fault = kShortOfMemory;
+    station->short_of_memory = true;
+  }
+}
 
 std::vector<Station> LoadStations(const std::vector<StationSpec>& specs,
                                   const SurveyOptions& options, const ExecutionContext& context,

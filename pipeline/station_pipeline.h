@@ -50,4 +50,7 @@ std::vector<Station> LoadStations(const std::vector<StationSpec>& specs,
                                   const SurveyOptions& options, const ExecutionContext& context,
                                   const ArtifactStore& store = {});
 
+/// Takes the station as one whose scanner may have stood anywhere, and describes its surface anew.
+void ForgetScanner(const SurveyOptions& options, const ExecutionContext& context, Station* station);
+
 }  // namespace backsight

@@ -11,6 +11,7 @@
 #include "pipeline/artifacts/load_artifact.h"
 #include "pipeline/artifacts/network_artifact.h"
 #include "pipeline/artifacts/pair_units.h"
+#include "pipeline/checked_scanners.h"
 #include "pipeline/cloud_outputs.h"
 #include "pipeline/distance_records.h"
 #include "pipeline/georeference_network.h"
@@ -65,7 +66,7 @@ SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
   SurveyRun run;
   StageClock clock(context, &run.times);
 
-  const std::vector<Station> stations = LoadStations(project.stations, options, context, store);
+  std::vector<Station> stations = LoadStations(project.stations, options, context, store);
   for (const Station& station : stations) run.scan_fingerprints.push_back(station.scan.fingerprint);
   RequireMemory(stations);
   clock.Finish("stations");
@@ -75,7 +76,7 @@ SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
   }
 
   const PairUnits units(stations, options, context, store, project.resources.pair_limit_s);
-  PairDiscovery discovery = DiscoverPairs(units, project.pairs);
+  PairDiscovery discovery = DiscoverWithCheckedScanners(units, project.pairs, &stations);
   ChallengeSymmetries(units, &discovery.pairs);
   clock.Finish("pairs");
   if (last == Stage::kPairs) {

@@ -75,8 +75,7 @@ StationFeatures ComputeFeatures(const StationModel& model, const FeatureOptions&
   const LeafGrid grid(Positions(model), kCellEdge * resolution_m);
   StationFeatures features;
   features.normals = EstimateNormals(grid, options.normal_radius * resolution_m, context);
-  features.scanner_credible =
-      OrientNormals(model, model.scanner_known, context, &features.normals).scanner_credible;
+  features.scanner_credible = OrientNormals(model, context, &features.normals).scanner_credible;
   context.CheckStop();
   const auto keypoints = FindIssKeypoints(grid, MakeIssParameters(options, resolution_m), context);
   context.CheckStop();

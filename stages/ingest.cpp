@@ -234,7 +234,7 @@ IngestResult IngestScan(const std::string& station_id, ScanReader& reader,
   }
 
   result.model.scanner_origin = scanner_origin.value_or(Eigen::Vector3d::Zero());
-  result.model.scanner_known = scanner_origin.has_value();
+  if (scanner_origin) result.model.scanner_place = ScannerPlace::kGiven;
   const Eigen::Vector3d center = 0.5 * (result.model.min + result.model.max);
   if (!scanner_origin && center.norm() > kFarFromScanner) {
     result.model.scanner_origin = center.array().round();

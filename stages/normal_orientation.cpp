@@ -182,16 +182,16 @@ double AgreementWithScanner(const std::vector<Patch>& patches) {
 
 }  // namespace
 
-NormalOrientation OrientNormals(const StationModel& model, bool scanner_known,
-                                const ExecutionContext& context,
+NormalOrientation OrientNormals(const StationModel& model, const ExecutionContext& context,
                                 std::vector<Eigen::Vector3f>* normals) {
   NormalOrientation result;
   PatchSurface surface;
-  if (!scanner_known) {
+  if (model.scanner_place != ScannerPlace::kGiven) {
     surface = MakePatches(model);
     OrientByContinuity(kPatchReach * model.resolution_m(), context, &surface.patches);
     result.agreement = AgreementWithScanner(surface.patches);
-    result.scanner_credible = result.agreement >= kCredible;
+    result.scanner_credible =
+        model.scanner_place == ScannerPlace::kAssumed && result.agreement >= kCredible;
   }
   for (std::size_t i = 0; i < normals->size(); ++i) {
     Eigen::Vector3f& normal = (*normals)[i];

@@ -18,13 +18,13 @@ struct NormalOrientation {
 };
 
 /// Turns the normals of the model's leaves towards the scanner, which is taken to stand at the
-/// origin of the instrument frame. `scanner_known` says that the user vouches for that; otherwise
-/// the position is checked against the surface: signs are propagated from patch to patch along the
-/// smoothest way (Hoppe et al. 1992, doi 10.1145/133994.134011), each connected part towards the
-/// cloud's centroid, around which a scanned scene is open. Where the two disagree the scan is not
-/// in its scanner's frame and the propagated signs are taken. Rotation-invariant. NaN normals stay.
-NormalOrientation OrientNormals(const StationModel& model, bool scanner_known,
-                                const ExecutionContext& context,
+/// origin of the instrument frame. A position that is only assumed is checked against the surface:
+/// signs are propagated from patch to patch along the smoothest way (Hoppe et al. 1992, doi
+/// 10.1145/133994.134011), each connected part towards the cloud's centroid, around which a scanned
+/// scene is open. Where the two disagree the scan is not in its scanner's frame and the propagated
+/// signs are taken, as they are where the position is unknown. Rotation-invariant. NaN normals
+/// stay.
+NormalOrientation OrientNormals(const StationModel& model, const ExecutionContext& context,
                                 std::vector<Eigen::Vector3f>* normals);
 
 }  // namespace backsight

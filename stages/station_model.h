@@ -11,6 +11,13 @@
 
 namespace backsight {
 
+/// What is known of where the scanner stood.
+enum class ScannerPlace : char {
+  kAssumed,  ///< at the scan's origin, because nobody says otherwise; surfaces may contradict it
+  kGiven,    ///< the user vouches for it
+  kUnknown,  ///< proved not to be where it was assumed
+};
+
 /// What is kept of a scan after its one streaming pass. All geometry (features, planes, overlap) is
 /// computed from the voxel clusters, exactly over all raw points.
 ///
@@ -20,7 +27,7 @@ namespace backsight {
 struct StationModel {
   std::string id;
   Eigen::Vector3d scanner_origin = Eigen::Vector3d::Zero();  ///< instrument, station frame, metres
-  bool scanner_known = false;     ///< the user gave scanner_origin; otherwise it is assumed
+  ScannerPlace scanner_place = ScannerPlace::kAssumed;       ///< how far scanner_origin counts
   VoxelLattice lattice;           ///< instrument frame; its edge is the resolution l
   std::vector<VoxelLeaf> leaves;  ///< sorted by key; the cluster's mean is the representative point
   RangeImage range_image;         ///< instrument frame

@@ -119,6 +119,17 @@ ArtifactKey FurtherRankingKey(const KeyBase& base, const std::vector<Station>& s
   return key;
 }
 
+ArtifactKey ScannersKey(const KeyBase& base, const std::vector<Station>& stations,
+                        const PairSpec& spec) {
+  ArtifactKey key =
+      StageKey(base, "scanners",
+               {"matching", "coarse", "fine", "verification", "pair_selection", "network"});
+  AddStations(stations, &key);
+  for (const auto& [a, b] : spec.include) key.Add("include", a + " " + b);
+  for (const auto& [a, b] : spec.exclude) key.Add("exclude", a + " " + b);
+  return key;
+}
+
 ArtifactKey NetworkKey(const KeyBase& base, const std::vector<Station>& stations,
                        const std::vector<Pair>& pairs) {
   ArtifactKey key =

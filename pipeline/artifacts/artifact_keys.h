@@ -40,6 +40,10 @@ ArtifactKey RankingKey(const KeyBase& base, const std::vector<Station>& stations
 ArtifactKey FurtherRankingKey(const KeyBase& base, const std::vector<Station>& stations,
                               const std::vector<std::size_t>& asked);
 
+/// Of what the pairs of a project say of their scanners.
+ArtifactKey ScannersKey(const KeyBase& base, const std::vector<Station>& stations,
+                        const PairSpec& spec);
+
 /// Of the network that the pairs make.
 ArtifactKey NetworkKey(const KeyBase& base, const std::vector<Station>& stations,
                        const std::vector<Pair>& pairs);
@@ -67,6 +71,7 @@ std::string StationArtifactName(const std::string& station);
 /// "scans/S1.ptx-1f2e3d4c": of a file, by its name for people and its path for the program.
 std::string FileArtifactName(std::string_view folder, const std::string& path);
 inline constexpr const char* kRankingName = "network/ranking";
+inline constexpr const char* kScannersName = "network/scanners";
 inline constexpr const char* kNetworkName = "network/network";
 inline constexpr const char* kMovingName = "network/moving";
 

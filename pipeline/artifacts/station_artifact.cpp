@@ -21,7 +21,7 @@ void Transfer(Archive& archive, VoxelLattice& lattice) {
 
 template <class Archive>
 void Transfer(Archive& archive, StationModel& model) {
-  archive(model.id, model.scanner_origin, model.scanner_known, model.lattice, model.leaves,
+  archive(model.id, model.scanner_origin, model.scanner_place, model.lattice, model.leaves,
           model.min, model.max, model.points);
   double pixel_deg = 180.0 / model.range_image.rows();
   archive(pixel_deg);

@@ -107,7 +107,7 @@ StepTimes TimeOurs(const Cloud& cloud, int threads) {
   times.normals = Milliseconds(
       kRuns, clock, [&] { normals = EstimateNormals(grid, 3.0 * kResolution, context); });
   times.orientation =
-      Milliseconds(kRuns, clock, [&] { OrientNormals(cloud.model, false, context, &normals); });
+      Milliseconds(kRuns, clock, [&] { OrientNormals(cloud.model, context, &normals); });
   times.iss = Milliseconds(kRuns, clock,
                            [&] { keypoints = FindIssKeypoints(grid, DefaultIss(), context); });
   times.fpfh = Milliseconds(

@@ -108,7 +108,7 @@ double RunOne(const std::string& path, std::uint64_t seed, const ExecutionContex
       positions.push_back(leaf.cluster.mean.cast<float>());
     }
     normals.push_back(EstimateNormals(LeafGrid(positions, radius_m), radius_m, context));
-    OrientNormals(model, false, context, &normals.back());
+    OrientNormals(model, context, &normals.back());
   }
   for (std::size_t s = 0; s < models.size(); ++s) {
     input.stations.push_back(&models[s]);

@@ -147,7 +147,7 @@ TEST(Ingest, LeavesAndRangesAreInTheInstrumentsFrame) {
   const Eigen::Vector3d scanner(700.0, -90.0, 3.0);
   const IngestResult result = Ingest(scanner, 0.5);
   EXPECT_EQ(result.model.scanner_origin, scanner);
-  EXPECT_TRUE(result.model.scanner_known);
+  EXPECT_EQ(result.model.scanner_place, ScannerPlace::kGiven);
   EXPECT_EQ(result.model.points + result.out_of_range, result.tally.points);
   for (const VoxelLeaf& leaf : result.model.leaves) {
     const Eigen::Array3d outside = leaf.cluster.mean.array().abs() - Eigen::Array3d(6.0, 4.0, 1.5);

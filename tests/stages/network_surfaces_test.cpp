@@ -44,7 +44,7 @@ struct PipeCampaign {
       }
       const double radius_m = 2.0 * model.resolution_m();
       normals.push_back(EstimateNormals(LeafGrid(positions, radius_m), radius_m, context));
-      OrientNormals(model, true, context, &normals.back());
+      OrientNormals(model, context, &normals.back());
     }
     for (const auto& own : normals) plates.input.normals.push_back(&own);
   }

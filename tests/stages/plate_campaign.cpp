@@ -43,6 +43,7 @@ StationModel Measure(Random& random, const PlateCampaignOptions& options, int st
     }
   }
   StationModel model;
+  model.scanner_place = ScannerPlace::kGiven;
   model.leaves = clusterer.Finish();
   return model;
 }

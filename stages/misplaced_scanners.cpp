@@ -1,0 +1,96 @@
+#include "stages/misplaced_scanners.h"
+
+#include <algorithm>
+#include <numbers>
+
+namespace backsight {
+namespace {
+
+constexpr std::size_t kFewestWays = 3;
+
+/// One way to a station: where another station's pair with it puts it, and both scanners' views.
+struct Way {
+  int other_component = 0;
+  RigidTransform survey_from_station;
+  double by_station = 0.0;
+  std::optional<double> by_other;
+};
+
+using Ways = std::vector<Way>;
+
+/// Of every station, the ways that its own scanner judges, from stations of other components.
+std::vector<Ways> CollectWays(std::span<const MutualView> views, const StationPlaces& places) {
+  std::vector<Ways> ways(places.component.size());
+  const auto add = [&](int station, int other, const RigidTransform& other_from_station,
+                       const std::optional<double>& by_station,
+                       const std::optional<double>& by_other) {
+    const auto [s, o] = std::pair(static_cast<std::size_t>(station), static_cast<std::size_t>(other));
+    if (!by_station || places.component[s] == places.component[o]) return;
+    ways[s].push_back({places.component[o], places.survey_from_station[o] * other_from_station,
+                       *by_station, by_other});
+  };
+  for (const MutualView& view : views) {
+    add(view.source, view.target, view.target_from_source, view.seen_through_by_source,
+        view.seen_through_by_target);
+    add(view.target, view.source, view.target_from_source.Inverse(), view.seen_through_by_target,
+        view.seen_through_by_source);
+  }
+  return ways;
+}
+
+bool LeadAlike(const Way& a, const Way& b, double resolution_m) {
+  constexpr double kNearAngle = 5.0 * std::numbers::pi / 180.0;
+  return a.other_component == b.other_component &&
+         (a.survey_from_station.translation - b.survey_from_station.translation).norm() <
+             10.0 * resolution_m &&
+         RotationAngle(a.survey_from_station.rotation, b.survey_from_station.rotation) < kNearAngle;
+}
+
+/// The most ways that lead to one place.
+Ways LargestAgreement(const Ways& ways, double resolution_m) {
+  Ways largest;
+  for (const Way& center : ways) {
+    Ways alike;
+    std::copy_if(ways.begin(), ways.end(), std::back_inserter(alike),
+                 [&](const Way& way) { return LeadAlike(center, way, resolution_m); });
+    if (alike.size() > largest.size()) largest = std::move(alike);
+  }
+  return largest;
+}
+
+/// 0 of nothing.
+double Median(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+bool IsMisplaced(const Ways& ways, double contradiction) {
+  if (ways.size() < kFewestWays) return false;
+  std::vector<double> by_station;
+  std::vector<double> by_others;
+  for (const Way& way : ways) {
+    by_station.push_back(way.by_station);
+    if (way.by_other) by_others.push_back(*way.by_other);
+  }
+  const double seen_through = Median(std::move(by_station));
+  return seen_through >= contradiction && Median(std::move(by_others)) < seen_through;
+}
+
+}  // namespace
+
+std::vector<int> FindMisplacedScanners(std::span<const MutualView> views,
+                                       const StationPlaces& places, double contradiction,
+                                       double resolution_m) {
+  const std::vector<Ways> ways = CollectWays(views, places);
+  std::vector<int> misplaced;
+  for (std::size_t s = 0; s < ways.size(); ++s) {
+    if (IsMisplaced(LargestAgreement(ways[s], resolution_m), contradiction)) {
+      misplaced.push_back(static_cast<int>(s));
+    }
+  }
+  return misplaced;
+}
+
+}  // namespace backsight
