@@ -14,7 +14,9 @@ struct CandidateLink {
 };
 
 /// Links for the best motion of every pair that was not rejected and, as doubtful ones, for those
-/// of its rivals that were not rejected either. In the order of the pairs and of their candidates.
+/// of its rivals that were not rejected either. An accepted motion that its clouds alone prove, and
+/// by a poorer fit than is common among the pairs, is doubtful too. In the order of the pairs and
+/// of their candidates.
 std::vector<CandidateLink> MakeCandidateLinks(const std::vector<Pair>& pairs,
                                               const VerificationOptions& options);
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "core/archive.h"
+#include "core/error.h"
 #include "pipeline/artifacts/load_artifact.h"
 #include "pipeline/candidate_links.h"
 #include "stages/misplaced_scanners.h"
@@ -19,20 +20,19 @@ std::optional<double> SeenThrough(const CloudAgreement& seen) {
   return seen.conflict.value;
 }
 
-/// Of the pairs whose best motion many key points support, whatever free space says of it.
+/// Of the pairs whose best motion many key points support and nothing but doubts forbids.
 std::vector<MutualView> CollectViews(const std::vector<Pair>& pairs,
                                      const VerificationOptions& options) {
   using Reason = VerificationResult::Reason;
   std::vector<MutualView> views;
   for (const Pair& pair : pairs) {
     const PairCandidate* best = pair.best();
-    if (best == nullptr) continue;
+    if (best == nullptr || !pair.fault.empty()) continue;
     const VerificationResult& verification = best->verification;
     const bool supported =
         IsSignificant(verification.consensus, verification.consensus_null, options);
-    const bool only_seen_through =
-        pair.reason() == Reason::kNone || pair.reason() == Reason::kFreeSpace;
-    if (!supported || !only_seen_through) continue;
+    const bool possible = pair.reason() == Reason::kNone || pair.reason() == Reason::kFreeSpace;
+    if (!supported || !possible) continue;
     views.push_back({pair.source, pair.target, best->fine.target_from_source,
                      SeenThrough(verification.target_in_source),
                      SeenThrough(verification.source_in_target)});
@@ -40,35 +40,43 @@ std::vector<MutualView> CollectViews(const std::vector<Pair>& pairs,
   return views;
 }
 
-/// Ascending. Scanners that the user vouches for are believed.
-std::vector<int> FindMisplaced(const PairUnits& units, const std::vector<Pair>& pairs) {
+std::optional<int> FindMisplaced(const PairUnits& units, const PairDiscovery& discovery) {
+  if (discovery.components <= 1) return std::nullopt;
   const std::vector<Station>& stations = units.stations();
+  const VerificationOptions& options = units.options().verification;
   std::vector<NetworkLink> links;
-  for (const CandidateLink& made : MakeCandidateLinks(pairs, units.options().verification)) {
+  for (const CandidateLink& made : MakeCandidateLinks(discovery.pairs, options)) {
     links.push_back(made.link);
   }
   const LinkSelection network =
       ChooseLinks(static_cast<int>(stations.size()), links, units.options().network,
                   [&] { units.context().CheckStop(); });
-  std::vector<int> misplaced = FindMisplacedScanners(
-      CollectViews(pairs, units.options().verification),
-      {network.survey_from_station, network.component}, units.options().verification.sure_conflict,
-      units.options().ingest.resolution_m);
-  std::erase_if(misplaced, [&](int s) {
-    return stations[static_cast<std::size_t>(s)].model.scanner_place != ScannerPlace::kAssumed;
-  });
-  return misplaced;
+  std::vector<char> assumed;
+  for (const Station& station : stations) {
+    assumed.push_back(station.model.scanner_place == ScannerPlace::kAssumed ? 1 : 0);
+  }
+  return FindMisplacedScanner(CollectViews(discovery.pairs, options),
+                              {network.survey_from_station, network.component, assumed},
+                              options.sure_conflict, units.options().ingest.resolution_m);
 }
 
-void ForgetScanners(const PairUnits& units, const std::vector<int>& misplaced,
-                    std::vector<Station>* stations) {
-  for (const int s : misplaced) {
-    Station& station = (*stations)[static_cast<std::size_t>(s)];
+/// False where that failed; the station is as it was then.
+bool TryToForget(const PairUnits& units, int misplaced, std::vector<Station>* stations) {
+  Station& station = stations->at(static_cast<std::size_t>(misplaced));
+  try {
     ForgetScanner(units.options(), units.context(), &station);
-    units.context().Warning(fmt::format("station {}: {}", station.spec.id,
-                                        station.usable() ? station.record.notes.back()
-                                                         : station.fault));
+  } catch (const Interrupted&) {
+    throw;
+  } catch (const std::exception& error) {
+    units.context().Warning(fmt::format(
+        "station {}: its scanner seems not to have stood at the scan's origin, but its surface "
+        "could not be described without it: {}",
+        station.spec.id, error.what()));
+    return false;
   }
+  units.context().Warning(
+      fmt::format("station {}: {}", station.spec.id, station.record.notes.back()));
+  return true;
 }
 
 bool RanToTheirEnds(const std::vector<Pair>& pairs) {
@@ -81,26 +89,20 @@ bool RanToTheirEnds(const std::vector<Pair>& pairs) {
 
 PairDiscovery DiscoverWithCheckedScanners(const PairUnits& units, const PairSpec& spec,
                                           std::vector<Station>* stations) {
+  BACKSIGHT_CHECK(stations == &units.stations(), "the units' own stations are described anew");
   const ArtifactStore& store = units.store();
-  const ArtifactKey key =
-      ScannersKey({units.options(), units.context().seed()}, *stations, spec);
-  if (const auto known =
-          LoadArtifact(store, kScannersName, key, FromBytes<std::vector<int>>)) {
-    ForgetScanners(units, *known, stations);
-    return DiscoverPairs(units, spec);
-  }
-  std::vector<int> misplaced;
+  const ArtifactKey key = ScannersKey({units.options(), units.context().seed()}, *stations, spec);
+  std::vector<int> forgotten = LoadArtifact(store, kScannersName, key, FromBytes<std::vector<int>>)
+                                   .value_or(std::vector<int>());
+  for (const int s : forgotten) TryToForget(units, s, stations);
+  bool whole = true;  // what follows a fault is not for other runs
   while (true) {
     PairDiscovery discovery = DiscoverPairs(units, spec);
-    const std::vector<int> more = FindMisplaced(units, discovery.pairs);
-    if (more.empty()) {
-      if (store.keeps() && RanToTheirEnds(discovery.pairs)) {
-        store.Store(kScannersName, key, ToBytes(misplaced));
-      }
-      return discovery;
-    }
-    ForgetScanners(units, more, stations);
-    misplaced.insert(misplaced.end(), more.begin(), more.end());
+    whole = whole && RanToTheirEnds(discovery.pairs);
+    const std::optional<int> misplaced = FindMisplaced(units, discovery);
+    if (!misplaced || !TryToForget(units, *misplaced, stations)) return discovery;
+    forgotten.push_back(*misplaced);
+    if (store.keeps() && whole) store.Store(kScannersName, key, ToBytes(forgotten));
   }
 }
 

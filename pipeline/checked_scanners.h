@@ -7,10 +7,10 @@
 
 namespace backsight {
 
-/// DiscoverPairs; where stations stay out only because their scanners did not stand where their
-/// scans say (stages/misplaced_scanners.h), their scanners are forgotten and pairs are discovered
-/// again, until there is no such station left. `stations` are those of the units. What was found is
-/// stored, so that a second run begins with it.
+/// DiscoverPairs; where a station stays out only because its scanner did not stand where its scan
+/// says (stages/misplaced_scanners.h), its scanner is forgotten and pairs are discovered again, one
+/// station after the other until there is none left. `stations` are those of the units. What was
+/// found is stored, so that a second run begins with it.
 PairDiscovery DiscoverWithCheckedScanners(const PairUnits& units, const PairSpec& spec,
                                           std::vector<Station>* stations);
 

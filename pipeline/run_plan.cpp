@@ -51,6 +51,7 @@ class Planner {
     stored_network_ = KeyLines(store_.Look(kNetworkName, {}).key_text);
     for (const StationSpec& spec : project_.stations) PlanStation(spec);
     SkipRefused();
+    ForgetKnownScanners();
     PlanPairs();
     PlanNetwork();
     PlanOutputs(out_directory);
@@ -150,8 +151,7 @@ class Planner {
       const auto t = static_cast<std::size_t>(pair.target);
       planned_.insert(NameOf(s, t));
       for (const std::string_view method : {"full", "predicted", "thorough", "symmetries"}) {
-        const std::string name =
-            PairArtifactName(stations_[s].spec.id, stations_[t].spec.id, method);
+        const std::string name = PairArtifactName(stations_[s], stations_[t], method);
         const bool wanted = plan_.all_pairs && method == "full";
         const bool used = wanted || IsUsed(name, NameOf(s, t));
         if (!used && !HoldsFault(store_, name)) continue;  // as of most pairs of many stations
@@ -182,6 +182,19 @@ class Planner {
       const auto stored = stored_network_.find("station " + stations_[s].spec.id);
       const bool refused = stored != stored_network_.end() && stored->second == "unusable";
       if (refused && plan_.stations[s].done()) stations_[s].fault = "refused by an earlier run";
+    }
+  }
+
+  /// As an earlier run did with the same stations.
+  void ForgetKnownScanners() {
+    const auto forgotten =
+        LoadArtifact(store_, kScannersName, ScannersKey(base_, stations_, project_.pairs),
+                     FromBytes<std::vector<int>>);
+    if (!forgotten) return;
+    for (const int s : *forgotten) {
+      Station& station = stations_.at(static_cast<std::size_t>(s));
+      station.model.scanner_place = ScannerPlace::kUnknown;
+      station.digest = WithoutScanner(station.digest);
     }
   }
 

@@ -172,21 +172,21 @@ Station MakeStation(const StationSpec& spec) {
 
 }  // namespace
 
+std::string WithoutScanner(const std::string& digest) {
+  return digest.empty() ? digest : digest + " without scanner";
+}
+
 void ForgetScanner(const SurveyOptions& options, const ExecutionContext& context,
                    Station* station) {
-  station->model.scanner_place = ScannerPlace::kUnknown;
-  station->prepared = PreparedStation();
-  if (!station->digest.empty()) station->digest += " without scanner";
-  station->record.notes.push_back(
-      "its scanner cannot have stood at the scan's origin: from there it would have seen through "
-      "surfaces that several other stations measured, which all place the station alike; the scan "
-      "was taken as one whose scanner is unknown; give scanner_origin_m if you know it");
-  try {
-    DescribeSurface(options, context, station);
-  } catch (const std::bad_alloc&) {
-    station->fault = kShortOfMemory;
-    station->short_of_memory = true;
-  }
+  Station forgetful = *station;
+  forgetful.model.scanner_place = ScannerPlace::kUnknown;
+  DescribeSurface(options, context, &forgetful);
+  forgetful.digest = WithoutScanner(station->digest);
+  forgetful.record.notes.push_back(
+      "its scanner does not seem to have stood at the scan's origin: from there it would have seen "
+      "through surfaces that several other stations measured, which all place the station alike; "
+      "the scan was taken as one whose scanner is unknown; give scanner_origin_m if you know it");
+  *station = std::move(forgetful);
 }
 
 std::vector<Station> LoadStations(const std::vector<StationSpec>& specs,

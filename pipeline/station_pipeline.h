@@ -50,7 +50,11 @@ std::vector<Station> LoadStations(const std::vector<StationSpec>& specs,
                                   const SurveyOptions& options, const ExecutionContext& context,
                                   const ArtifactStore& store = {});
 
+/// The digest of a station whose scanner was forgotten.
+std::string WithoutScanner(const std::string& digest);
+
 /// Takes the station as one whose scanner may have stood anywhere, and describes its surface anew.
+/// What is thrown leaves the station as it was.
 void ForgetScanner(const SurveyOptions& options, const ExecutionContext& context, Station* station);
 
 }  // namespace backsight

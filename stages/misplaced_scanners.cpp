@@ -18,14 +18,26 @@ struct Way {
 
 using Ways = std::vector<Way>;
 
-/// Of every station, the ways that its own scanner judges, from stations of other components.
+/// By station, whether it is alone in its component.
+std::vector<char> FindLonely(std::span<const int> component) {
+  std::vector<char> lonely;
+  for (const int c : component) {
+    lonely.push_back(std::count(component.begin(), component.end(), c) == 1 ? 1 : 0);
+  }
+  return lonely;
+}
+
+/// Of every station that nothing is linked to, the ways that its own scanner, which nobody vouches
+/// for, judges.
 std::vector<Ways> CollectWays(std::span<const MutualView> views, const StationPlaces& places) {
+  const std::vector<char> lonely = FindLonely(places.component);
   std::vector<Ways> ways(places.component.size());
   const auto add = [&](int station, int other, const RigidTransform& other_from_station,
                        const std::optional<double>& by_station,
                        const std::optional<double>& by_other) {
-    const auto [s, o] = std::pair(static_cast<std::size_t>(station), static_cast<std::size_t>(other));
-    if (!by_station || places.component[s] == places.component[o]) return;
+    const auto [s, o] =
+        std::pair(static_cast<std::size_t>(station), static_cast<std::size_t>(other));
+    if (!by_station || lonely[s] == 0 || places.scanner_assumed[s] == 0) return;
     ways[s].push_back({places.component[o], places.survey_from_station[o] * other_from_station,
                        *by_station, by_other});
   };
@@ -74,23 +86,27 @@ bool IsMisplaced(const Ways& ways, double contradiction) {
     by_station.push_back(way.by_station);
     if (way.by_other) by_others.push_back(*way.by_other);
   }
+  // Where most other scans are not in their scanners' frames either, this one hardly is.
+  const double allowed = 2 * by_others.size() >= ways.size() ? 0.5 : 1.0;
   const double seen_through = Median(std::move(by_station));
-  return seen_through >= contradiction && Median(std::move(by_others)) < seen_through;
+  return seen_through >= contradiction && Median(std::move(by_others)) < allowed * seen_through;
 }
 
 }  // namespace
 
-std::vector<int> FindMisplacedScanners(std::span<const MutualView> views,
-                                       const StationPlaces& places, double contradiction,
-                                       double resolution_m) {
+std::optional<int> FindMisplacedScanner(std::span<const MutualView> views,
+                                        const StationPlaces& places, double contradiction,
+                                        double resolution_m) {
   const std::vector<Ways> ways = CollectWays(views, places);
-  std::vector<int> misplaced;
+  std::optional<int> clearest;
+  std::size_t most = 0;
   for (std::size_t s = 0; s < ways.size(); ++s) {
-    if (IsMisplaced(LargestAgreement(ways[s], resolution_m), contradiction)) {
-      misplaced.push_back(static_cast<int>(s));
-    }
+    const Ways alike = LargestAgreement(ways[s], resolution_m);
+    if (alike.size() <= most || !IsMisplaced(alike, contradiction)) continue;
+    most = alike.size();
+    clearest = static_cast<int>(s);
   }
-  return misplaced;
+  return clearest;
 }
 
 }  // namespace backsight

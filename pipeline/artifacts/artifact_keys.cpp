@@ -177,9 +177,13 @@ void AddGround(const std::vector<Station>& stations, const Network& network,
   key->Add("ground", FingerprintText(places.Take()));
 }
 
-std::string PairArtifactName(const std::string& source, const std::string& target,
+std::string PairArtifactName(const Station& source, const Station& target,
                              std::string_view method) {
-  return fmt::format("pairs/{}__{}/{}", source, target, method);
+  const auto is_unknown = [](const Station& station) {
+    return station.model.scanner_place == ScannerPlace::kUnknown;
+  };
+  return fmt::format("pairs/{}__{}/{}{}", source.spec.id, target.spec.id, method,
+                     is_unknown(source) || is_unknown(target) ? "_without_scanner" : "");
 }
 
 std::string FileArtifactName(std::string_view folder, const std::string& path) {

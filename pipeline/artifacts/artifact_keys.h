@@ -64,9 +64,9 @@ void AddGround(const std::vector<Station>& stations, const Network& network,
 /// Exact digest of a box.
 std::string DigestOf(const CropBox& box);
 
-/// "pairs/S2__S1/full": where an attempt is stored.
-std::string PairArtifactName(const std::string& source, const std::string& target,
-                             std::string_view method);
+/// "pairs/S2__S1/full": where an attempt is stored; "pairs/S2__S1/full_without_scanner" where the
+/// scanner of one was forgotten, so that what came before stays there too.
+std::string PairArtifactName(const Station& source, const Station& target, std::string_view method);
 std::string StationArtifactName(const std::string& station);
 /// "scans/S1.ptx-1f2e3d4c": of a file, by its name for people and its path for the program.
 std::string FileArtifactName(std::string_view folder, const std::string& path);

@@ -84,8 +84,8 @@ ArtifactKey PairUnits::KeyOf(const PairAttempt& attempt, const Pair& pair) const
 }
 
 std::string PairUnits::NameOf(const PairAttempt& attempt, const Pair& pair) const {
-  return PairArtifactName(stations_[static_cast<std::size_t>(pair.source)].spec.id,
-                          stations_[static_cast<std::size_t>(pair.target)].spec.id, attempt.method);
+  return PairArtifactName(stations_[static_cast<std::size_t>(pair.source)],
+                          stations_[static_cast<std::size_t>(pair.target)], attempt.method);
 }
 
 bool PairUnits::Restore(const PairAttempt& attempt, Pair* pair) const {

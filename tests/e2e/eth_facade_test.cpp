@@ -73,8 +73,6 @@ TEST_F(EthFacade, GivesTheSameBytesForAnyNumberOfThreadsAndAgain) {
   }
 }
 
-/// Every station turned at random on SO(3) and shifted by up to 50 m: its scanner is no longer at
-/// its origin. BACKSIGHT_SEEDS sets how many seeds are tried.
 /// 1 to BACKSIGHT_SEEDS; of few, one whose scan of s0 looks as if its scanner had stood at the
 /// origin, which is 6.5 m away from it.
 std::vector<int> TurnedSeeds() {
@@ -85,6 +83,8 @@ std::vector<int> TurnedSeeds() {
   return seeds;
 }
 
+/// Every station turned at random on SO(3) and shifted by up to 50 m: its scanner is no longer at
+/// its origin. BACKSIGHT_SEEDS sets how many seeds are tried.
 TEST_F(EthFacade, DoesNotDependOnTheStationFrames) {
   const std::vector<int> seeds = TurnedSeeds();
   std::vector<PointChunk> scans;

@@ -73,8 +73,8 @@ class CheckedScanners : public testing::TestWithParam<int> {
   }
 
   static std::size_t Accepted(const PairDiscovery& discovery, std::size_t station) {
-    return static_cast<std::size_t>(std::count_if(
-        discovery.pairs.begin(), discovery.pairs.end(), [&](const Pair& pair) {
+    return static_cast<std::size_t>(
+        std::count_if(discovery.pairs.begin(), discovery.pairs.end(), [&](const Pair& pair) {
           return pair.accepted() && (static_cast<std::size_t>(pair.source) == station ||
                                      static_cast<std::size_t>(pair.target) == station);
         }));
@@ -92,7 +92,7 @@ TEST_P(CheckedScanners, PlaceAStationWhoseScannerStoodElsewhere) {
     const RigidTransform truth = hall_.Truth(pair.source, pair.target);
     EXPECT_LT((truth.translation - pair.best()->fine.target_from_source.translation).norm(), 0.02);
   }
-  EXPECT_EQ(hall_.stations[kMoved].model.scanner_place, ScannerPlace::kUnknown);
+  ASSERT_EQ(hall_.stations[kMoved].model.scanner_place, ScannerPlace::kUnknown);
   EXPECT_THAT(hall_.stations[kMoved].record.notes.back(), HasSubstr("give scanner_origin_m"));
   for (std::size_t s = 0; s < kMoved; ++s) {
     EXPECT_EQ(hall_.stations[s].model.scanner_place, ScannerPlace::kAssumed);
