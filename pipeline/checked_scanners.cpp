@@ -51,10 +51,10 @@ std::optional<int> FindMisplaced(const PairUnits& units, const PairDiscovery& di
   const LinkSelection network =
       ChooseLinks(static_cast<int>(stations.size()), links, units.options().network,
                   [&] { units.context().CheckStop(); });
-  std::vector<char> assumed;
-  for (const Station& station : stations) {
-    assumed.push_back(station.model.scanner_place == ScannerPlace::kAssumed ? 1 : 0);
-  }
+  std::vector<char> assumed(stations.size());
+  std::transform(stations.begin(), stations.end(), assumed.begin(), [](const Station& station) {
+    return station.model.scanner_place == ScannerPlace::kAssumed ? 1 : 0;
+  });
   return FindMisplacedScanner(CollectViews(discovery.pairs, options),
                               {network.survey_from_station, network.component, assumed},
                               options.sure_conflict, units.options().ingest.resolution_m);
@@ -74,8 +74,7 @@ bool TryToForget(const PairUnits& units, int misplaced, std::vector<Station>* st
         station.spec.id, error.what()));
     return false;
   }
-  units.context().Warning(
-      fmt::format("station {}: {}", station.spec.id, station.record.notes.back()));
+  units.context().Info(fmt::format("station {}: {}", station.spec.id, kScannerForgotten));
   return true;
 }
 

@@ -80,6 +80,14 @@ void AddDistanceWarnings(RunRecord* run) {
       silent.size() > kNamed ? " and others" : ""));
 }
 
+/// Stations whose pairs showed that their scanners stood elsewhere than their scans say.
+void AddScannerWarnings(const std::vector<Station>& stations, RunRecord* run) {
+  for (const Station& station : stations) {
+    if (!station.usable() || station.model.scanner_place != ScannerPlace::kUnknown) continue;
+    run->warnings.push_back(fmt::format("station {}: {}", station.spec.id, kScannerForgotten));
+  }
+}
+
 /// Attempts at pairs that ended before their end.
 void AddPairWarnings(const std::vector<Station>& stations, const PairDiscovery& discovery,
                      RunRecord* run) {
@@ -158,6 +166,7 @@ void AddWarnings(const SurveyProject& project, const std::vector<Station>& stati
                  const PairDiscovery& discovery, const Network& network,
                  const GeoreferencedNetwork& ground, RunRecord* run) {
   AddPoseWarnings(run);
+  AddScannerWarnings(stations, run);
   AddLinkWarnings(run);
   AddDistanceWarnings(run);
   AddPairWarnings(stations, discovery, run);

@@ -182,10 +182,7 @@ void ForgetScanner(const SurveyOptions& options, const ExecutionContext& context
   forgetful.model.scanner_place = ScannerPlace::kUnknown;
   DescribeSurface(options, context, &forgetful);
   forgetful.digest = WithoutScanner(station->digest);
-  forgetful.record.notes.push_back(
-      "its scanner does not seem to have stood at the scan's origin: from there it would have seen "
-      "through surfaces that several other stations measured, which all place the station alike; "
-      "the scan was taken as one whose scanner is unknown; give scanner_origin_m if you know it");
+  forgetful.record.notes.emplace_back(kScannerForgotten);
   *station = std::move(forgetful);
 }
 

@@ -22,6 +22,12 @@ namespace backsight {
 inline constexpr const char* kShortOfMemory =
     "needs more memory than the budget leaves; raise resources.memory_gb or --memory-gb";
 
+/// What is to be said of a station whose scanner was forgotten.
+inline constexpr const char* kScannerForgotten =
+    "its scanner does not seem to have stood at the scan's origin: from there it would have seen "
+    "through surfaces that several other stations measured, which all place the station alike; "
+    "the scan was taken as one whose scanner is unknown; give scanner_origin_m if you know it";
+
 /// One station from scan file to features. A station that cannot be used carries the reason; the
 /// others go on.
 struct Station {
