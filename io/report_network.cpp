@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "core/median.h"
 #include "io/html_table.h"
 #include "io/html_text.h"
 
@@ -42,12 +43,6 @@ std::string ComponentTable(const RunRecord& run) {
                 std::to_string(c.iterations), figure(c.plane_sigma_factor, 1.0, field)});
   }
   return links.Finish() + planes.Finish();
-}
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 /// Median and largest misclosure, and the worst triangles by name.

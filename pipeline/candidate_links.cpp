@@ -1,6 +1,9 @@
 #include "pipeline/candidate_links.h"
 
 #include <algorithm>
+#include <utility>
+
+#include "core/median.h"
 
 namespace backsight {
 namespace {
@@ -25,9 +28,7 @@ double CommonQuality(const std::vector<Pair>& pairs) {
     }
   }
   if (qualities.empty()) return 0.0;
-  const auto middle = qualities.begin() + static_cast<std::ptrdiff_t>(qualities.size() / 2);
-  std::nth_element(qualities.begin(), middle, qualities.end());
-  return kLess * *middle;
+  return kLess * Median(std::move(qualities));
 }
 
 /// Whether only a fit speaks for the motion that is poorer than elsewhere in the campaign. Where

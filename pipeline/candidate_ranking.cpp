@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "stages/same_motion.h"
+
 namespace backsight {
 namespace {
 

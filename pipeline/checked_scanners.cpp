@@ -7,7 +7,6 @@
 #include "core/archive.h"
 #include "core/error.h"
 #include "pipeline/artifacts/load_artifact.h"
-#include "pipeline/candidate_links.h"
 #include "stages/misplaced_scanners.h"
 
 namespace backsight {
@@ -15,8 +14,7 @@ namespace {
 
 /// What a scanner says of the cloud that `seen` compares with what it measured.
 std::optional<double> SeenThrough(const CloudAgreement& seen) {
-  constexpr int kFewestBlocks = 50;  // in view
-  if (seen.blocks_in_view < kFewestBlocks) return std::nullopt;
+  if (seen.blocks_in_view < kFewestBlocksInView) return std::nullopt;
   return seen.conflict.value;
 }
 
@@ -44,20 +42,14 @@ std::optional<int> FindMisplaced(const PairUnits& units, const PairDiscovery& di
   if (discovery.components <= 1) return std::nullopt;
   const std::vector<Station>& stations = units.stations();
   const VerificationOptions& options = units.options().verification;
-  std::vector<NetworkLink> links;
-  for (const CandidateLink& made : MakeCandidateLinks(discovery.pairs, options)) {
-    links.push_back(made.link);
-  }
-  const LinkSelection network =
-      ChooseLinks(static_cast<int>(stations.size()), links, units.options().network,
-                  [&] { units.context().CheckStop(); });
   std::vector<char> assumed(stations.size());
   std::transform(stations.begin(), stations.end(), assumed.begin(), [](const Station& station) {
     return station.model.scanner_place == ScannerPlace::kAssumed ? 1 : 0;
   });
-  return FindMisplacedScanner(CollectViews(discovery.pairs, options),
-                              {network.survey_from_station, network.component, assumed},
-                              options.sure_conflict, units.options().ingest.resolution_m);
+  return FindMisplacedScanner(
+      CollectViews(discovery.pairs, options),
+      {discovery.network.survey_from_station, discovery.network.component, assumed},
+      options.sure_conflict, units.options().ingest.resolution_m);
 }
 
 /// False where that failed; the station is as it was then.

@@ -11,7 +11,6 @@
 #include "pipeline/candidate_links.h"
 #include "pipeline/largest_first.h"
 #include "pipeline/pair_rankings.h"
-#include "stages/network_solution.h"
 #include "stages/overlap_prediction.h"
 #include "stages/pair_selection.h"
 #include "stages/station_priors.h"
@@ -275,6 +274,7 @@ class Discovery {
       if (stations_[s].usable()) components.insert(structure.component[s]);
     }
     found.components = static_cast<int>(components.size());
+    found.network = std::move(network_);
     std::string skipped;
     for (const auto& [reason, count] : reasons) {
       skipped += fmt::format("{}{} {}", skipped.empty() ? "" : ", ", count, reason);

@@ -6,6 +6,7 @@
 
 #include "pipeline/artifacts/pair_units.h"
 #include "pipeline/pair_pipeline.h"
+#include "stages/network_solution.h"
 
 namespace backsight {
 
@@ -22,6 +23,7 @@ struct PairDiscovery {
   int full = 0;                      ///< full registrations, second tries included
   int predicted = 0;                 ///< fine registrations from a predicted pose
   int components = 0;                ///< of usable stations, by the accepted pairs
+  LinkSelection network;             ///< of all pairs together
 };
 
 /// An attempt at a pair that a discovery needs next, and all it starts from.

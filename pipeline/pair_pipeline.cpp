@@ -184,12 +184,6 @@ void Guard(const std::vector<Station>& stations, const ExecutionContext& context
 
 }  // namespace
 
-bool IsSameMotion(const RigidTransform& a, const RigidTransform& b, double resolution_m) {
-  constexpr double kNearAngle = 5.0 * std::numbers::pi / 180.0;
-  return (a.translation - b.translation).norm() < 10.0 * resolution_m &&
-         RotationAngle(a.rotation, b.rotation) < kNearAngle;
-}
-
 double LinkConfidence(const PairCandidate& candidate) {
   return (1.0 + candidate.fine.planes) * candidate.verification.overlap;
 }

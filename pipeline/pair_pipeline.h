@@ -39,9 +39,6 @@ struct Pair {
   bool doubtful() const { return verdict() == Verdict::kDoubtful; }
 };
 
-/// Whether two motions of a pair are one: closer than 5 deg, and than 10 l at the source's scanner.
-bool IsSameMotion(const RigidTransform& a, const RigidTransform& b, double resolution_m);
-
 /// Confidence of a motion for spanning trees: planes times overlap.
 double LinkConfidence(const PairCandidate& candidate);
 

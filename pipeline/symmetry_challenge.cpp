@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "stages/same_motion.h"
+
 namespace backsight {
 namespace {
 

@@ -69,6 +69,9 @@ struct RatioEstimate {
   double sigma = 0.0;
 };
 
+/// Fewer blocks in a scanner's view say nothing of what it saw through.
+inline constexpr int kFewestBlocksInView = 50;
+
 /// How a moved cloud fits what another station measured.
 struct CloudAgreement {
   /// Share of the voxels that fall into or beside an occupied voxel that does not face away.

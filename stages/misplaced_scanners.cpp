@@ -1,7 +1,9 @@
 #include "stages/misplaced_scanners.h"
 
 #include <algorithm>
-#include <numbers>
+
+#include "core/median.h"
+#include "stages/same_motion.h"
 
 namespace backsight {
 namespace {
@@ -51,11 +53,8 @@ std::vector<Ways> CollectWays(std::span<const MutualView> views, const StationPl
 }
 
 bool LeadAlike(const Way& a, const Way& b, double resolution_m) {
-  constexpr double kNearAngle = 5.0 * std::numbers::pi / 180.0;
   return a.other_component == b.other_component &&
-         (a.survey_from_station.translation - b.survey_from_station.translation).norm() <
-             10.0 * resolution_m &&
-         RotationAngle(a.survey_from_station.rotation, b.survey_from_station.rotation) < kNearAngle;
+         IsSameMotion(a.survey_from_station, b.survey_from_station, resolution_m);
 }
 
 /// The most ways that lead to one place.
@@ -70,14 +69,6 @@ Ways LargestAgreement(const Ways& ways, double resolution_m) {
   return largest;
 }
 
-/// 0 of nothing.
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 bool IsMisplaced(const Ways& ways, double contradiction) {
   if (ways.size() < kFewestWays) return false;
   std::vector<double> by_station;
@@ -89,7 +80,8 @@ bool IsMisplaced(const Ways& ways, double contradiction) {
   // Where most other scans are not in their scanners' frames either, this one hardly is.
   const double allowed = 2 * by_others.size() >= ways.size() ? 0.5 : 1.0;
   const double seen_through = Median(std::move(by_station));
-  return seen_through >= contradiction && Median(std::move(by_others)) < allowed * seen_through;
+  return seen_through >= contradiction &&
+         (by_others.empty() || Median(std::move(by_others)) < allowed * seen_through);
 }
 
 }  // namespace

@@ -3,17 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/median.h"
+
 namespace backsight {
-namespace {
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-}  // namespace
-
 void CapCount(double cap, PointCluster* cluster) {
   if (cluster->count <= cap) return;
   cluster->scatter *= cap / cluster->count;

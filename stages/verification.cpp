@@ -67,13 +67,12 @@ double ProvingQuality(const VerificationInput& input, const VerificationOptions&
 /// scanner saw much of the other's surfaces, hardly ever through them, and they fit closely.
 bool CloudsProve(const VerificationInput& input, const VerificationOptions& options,
                  const VerificationResult& result) {
-  constexpr int kFewestBlocks = 50;  // in view of each scanner
   return input.source.scanner_credible && input.target.scanner_credible &&
          result.overlap >= options.sure_overlap &&
          result.worst_conflict() < options.sure_conflict &&
          result.quality.value >= ProvingQuality(input, options) &&
          std::min(result.source_in_target.blocks_in_view, result.target_in_source.blocks_in_view) >=
-             kFewestBlocks;
+             kFewestBlocksInView;
 }
 
 /// Whether the clouds lend some weight to what chance could have proposed: hardly anything was seen
