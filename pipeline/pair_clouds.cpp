@@ -23,6 +23,7 @@ PairClouds::PairClouds(const Station& s, const Station& t)
       target(t.surface()),
       source_index(*s.index),
       target_index(*t.index),
+      source_prepared(s.prepared),
       target_prepared(t.prepared),
       level_sigma_rad(LevelSigma(s.spec, t.spec)) {}
 

@@ -28,6 +28,7 @@ struct PairClouds {
   Surface target;
   const CloudIndex& source_index;
   const CloudIndex& target_index;
+  const PreparedStation& source_prepared;
   const PreparedStation& target_prepared;
   /// Standard deviation of both levellings together; none unless both stations are levelled.
   std::optional<double> level_sigma_rad;

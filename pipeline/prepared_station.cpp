@@ -6,6 +6,8 @@
 #include <tuple>
 
 #include "stages/plan_motions.h"
+#include "stages/surface_choice.h"
+#include "stages/surface_refinement.h"
 
 namespace backsight {
 namespace {
@@ -18,6 +20,7 @@ using TreeOptions = std::tuple<double, double, double>;
 struct PreparedStation::Kept {
   std::mutex mutex;
   std::map<TreeOptions, PlaneTree> planes;  // what is in a map stays where it is
+  std::optional<std::vector<std::uint32_t>> surfaces;
   std::optional<double> plan_cell_m;
   std::map<double, PlanView> plans;  // by the edge of their cells
   std::optional<std::vector<Eigen::Vector3d>> view_sample;
@@ -40,6 +43,12 @@ const PlaneTree& PreparedStation::Planes(const Surface& surface, const CloudInde
   const auto found = kept_->planes.find(key);
   if (found != kept_->planes.end()) return found->second;
   return kept_->planes.emplace(key, MakePlaneTree(surface, index.means, options)).first->second;
+}
+
+const std::vector<std::uint32_t>& PreparedStation::Surfaces(const Surface& surface) const {
+  const std::lock_guard lock(kept_->mutex);
+  if (!kept_->surfaces) kept_->surfaces = ChooseSurfaces(surface.normals, kRefinedSurfaces);
+  return *kept_->surfaces;
 }
 
 double PreparedStation::PlanCell(const StationModel& model, const StationFeatures& features) const {

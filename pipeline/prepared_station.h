@@ -26,6 +26,9 @@ class PreparedStation {
   const PlaneTree& Planes(const Surface& surface, const CloudIndex& index,
                           const FineOptions& options) const;
 
+  /// ChooseSurfaces of kRefinedSurfaces, for the station as a source.
+  const std::vector<std::uint32_t>& Surfaces(const Surface& surface) const;
+
   /// PlanCellFor a levelled station, and its view with cells of any edge.
   double PlanCell(const StationModel& model, const StationFeatures& features) const;
   const PlanView& Plan(const StationModel& model, const StationFeatures& features,

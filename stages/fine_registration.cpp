@@ -5,7 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "stages/cluster_refinement.h"
 #include "stages/plane_rounds.h"
+#include "stages/surface_choice.h"
+#include "stages/surface_refinement.h"
 
 namespace backsight {
 namespace {
@@ -92,21 +95,22 @@ bool IsNear(const RigidTransform& refined, const RigidTransform& coarse, double 
 /// Lets surfaces that no plane covers have their say beside the planes.
 RigidTransform RefineBesidePlanes(const FineInput& input, const PlaneRounds& rounds,
                                   double planes_rms_m) {
-  SurfaceRefinementOptions options;
-  options.normal_sigma_m = std::max(0.5 * planes_rms_m, 0.001);
-  return RefineOnSurfaces(input.source, input.target, input.target_index, rounds.poses[1],
-                          rounds.information, options)
-      .target_from_source;
+  const double normal_sigma_m = std::max(0.5 * planes_rms_m, 0.001);
+  std::vector<std::uint32_t> of_this_pair;
+  if (input.source_surfaces == nullptr) {
+    of_this_pair = ChooseSurfaces(input.source.normals, kRefinedSurfaces);
+  }
+  return RefineOnSurfaces(
+      input.source, input.source_surfaces != nullptr ? *input.source_surfaces : of_this_pair,
+      input.target, input.target_index, rounds.poses[1], rounds.information, normal_sigma_m);
 }
 
 /// Lets pairs of voxels, each with its own covariance, determine what planes leave open.
 void RefineWhereWeak(const FineInput& input, const PlaneRounds& rounds, FineResult* result) {
-  SurfaceRefinementOptions surface_options;
-  surface_options.covariance = SurfaceRefinementOptions::Covariance::kCluster;
   const RigidTransform start = rounds.enough ? rounds.poses[1] : input.target_from_source;
   const Matrix6d prior = rounds.enough ? rounds.information : input.information;
-  const SurfaceRefinement surfaces = RefineOnSurfaces(
-      input.source, input.target, input.target_index, start, prior, surface_options);
+  const ClusterRefinement surfaces =
+      RefineOnClusters(input.source, input.target, input.target_index, start, prior);
   if (surfaces.information.isZero()) return;
   if (!IsNear(surfaces.target_from_source, input.target_from_source,
               input.target.model.resolution_m())) {

@@ -6,8 +6,9 @@
 #include "core/option_visitor.h"
 #include "core/rigid_transform.h"
 #include "graph/plane_tree.h"
+#include "stages/cloud_agreement.h"
 #include "stages/station_model.h"
-#include "stages/surface_refinement.h"
+#include "stages/surface.h"
 
 namespace backsight {
 
@@ -56,6 +57,9 @@ struct FineInput {
   /// What the target has in the cells that planes are sought in (MakePlaneTree); null: it is made
   /// for this pair alone. Activation micro does not look at it.
   const PlaneTree* target_planes = nullptr;
+  /// The source's voxels that stand for its surfaces (ChooseSurfaces of kRefinedSurfaces); null:
+  /// they are chosen for this pair alone.
+  const std::vector<std::uint32_t>* source_surfaces = nullptr;
 };
 
 /// What pairs need of their target alone, made once for all of them: its dominant directions, and

@@ -12,9 +12,9 @@
 namespace backsight {
 
 struct PairRankingOptions {
-  int words = 64;                  ///< of the vocabulary of the stations' signatures
-  int prematch_per_station = 100;  ///< the most similar of each station that are matched cheaply
-  int prematch_keypoints = 600;    ///< of each station
+  int words = 64;                 ///< of the vocabulary of the stations' signatures
+  int prematch_per_station = 25;  ///< the most similar of each station that are matched cheaply
+  int prematch_keypoints = 600;   ///< of each station
 };
 void VisitOptions(OptionVisitor& visitor, PairRankingOptions& options);
 
@@ -28,7 +28,7 @@ struct RankedStation {
 };
 
 /// Sets `similarity` of every candidate: the score of a cheap match for those of
-/// each station with the best signatures, which all pairs are of up to a hundred stations; the rest
+/// each station with the best signatures, which all pairs are of up to 26 stations; the rest
 /// come last, by their signatures, and are marked `unmatched`. Pairs that both stations' priors
 /// place near each other come first, nearest first. Time 3 us a pair, and some 10 ms for each pair
 /// matched; does not depend on the threads.

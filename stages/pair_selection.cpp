@@ -90,6 +90,8 @@ class Selector {
         options_(options),
         structure_(FindLinkStructure(stations, candidates)),
         full_tries_(At(stations), 0),
+        failures_(At(stations), 0),
+        matched_(At(stations), 0),
         takes_part_(At(stations), 0) {
     int spent = 0;
     int members = 0;
@@ -98,6 +100,8 @@ class Selector {
         if (takes_part_[At(s)] == 0) ++members;
         takes_part_[At(s)] = 1;
         full_tries_[At(s)] += pair.tried_full ? 1 : 0;
+        failures_[At(s)] += pair.tried_full && !pair.accepted ? 1 : 0;
+        matched_[At(s)] += pair.unmatched ? 0 : 1;
       }
       if (!pair.required) spent += (pair.tried_full ? 1 : 0) + (pair.tried_thorough ? 1 : 0);
     }
@@ -116,9 +120,10 @@ class Selector {
     batch.pairs = Required();
     if (!batch.pairs.empty()) return batch;
     const bool exhaustive = IsExhaustive(members_, options_);
+    if (!exhaustive) batch.to_match = UnmatchedAfterFailures();
+    if (!batch.to_match.empty()) return batch;
     batch.pairs = exhaustive ? AllOpen()
-                             : Propose(structure_.component, /*within=*/nullptr,
-                                       options_.full_per_station - 2);
+                             : Propose(structure_.component, /*within=*/nullptr, MostTriesApart());
     if (!batch.pairs.empty()) return batch;
     batch.method = PairMethod::kPredicted;
     batch.pairs = Predicted();
@@ -230,6 +235,9 @@ class Selector {
     return chosen;
   }
 
+  /// Registrations of a station that may be spent on proposals of its component.
+  int MostTriesApart() const { return options_.full_per_station - 2; }
+
   /// How many registrations between components may be asked for at once.
   int MostBetweenComponents() const {
     const int width = std::max(16, members_ / 4);
@@ -240,19 +248,45 @@ class Selector {
     return structure_.component[At(pair.source)] != structure_.component[At(pair.target)];
   }
 
-  std::vector<std::size_t> UnmatchedBetweenComponents() const {
-    std::vector<std::size_t> chosen;
-    if (MostBetweenComponents() <= 0) return chosen;
+  /// Unmatched pairs between components, the most similar first, of which `is_wanted`, as far as
+  /// matches are left; ascending.
+  template <class IsWanted>
+  std::vector<std::size_t> Unmatched(IsWanted is_wanted) const {
     const auto matched = std::count_if(candidates_.begin(), candidates_.end(),
                                        [](const PairProspect& pair) { return !pair.unmatched; });
     const std::ptrdiff_t most = std::ptrdiff_t{options_.matched_per_station} * members_ - matched;
+    std::vector<std::size_t> chosen;
     for (const std::size_t i : by_similarity_) {
       if (std::ssize(chosen) >= most) break;
       const PairProspect& pair = candidates_[i];
-      if (pair.unmatched && IsOpenForFull(pair) && IsApart(pair)) chosen.push_back(i);
+      if (!pair.unmatched || !IsOpenForFull(pair) || !IsApart(pair)) continue;
+      if (is_wanted(pair)) chosen.push_back(i);
     }
     std::sort(chosen.begin(), chosen.end());
     return chosen;
+  }
+
+  std::vector<std::size_t> UnmatchedBetweenComponents() const {
+    if (MostBetweenComponents() <= 0) return {};
+    return Unmatched([](const PairProspect&) { return true; });
+  }
+
+  /// What the ranking took for likely failed: it may not have seen the right ones.
+  std::vector<std::size_t> UnmatchedAfterFailures() const {
+    const int largest = Largest(structure_.component, 0, nullptr);
+    std::vector<int> wanted(At(stations_), 0);
+    for (std::size_t s = 0; s < wanted.size(); ++s) {
+      if (structure_.component[s] == largest || full_tries_[s] >= MostTriesApart()) continue;
+      if (failures_[s] == 0) continue;
+      wanted[s] = options_.matched_per_failure * (1 + failures_[s]) - matched_[s];
+    }
+    return Unmatched([&](const PairProspect& pair) {
+      int& source = wanted[At(pair.source)];
+      int& target = wanted[At(pair.target)];
+      const bool is_wanted = std::max(source, target) > 0;
+      if (is_wanted) --source, --target;
+      return is_wanted;
+    });
   }
 
   std::vector<std::size_t> BetweenComponents() const {
@@ -282,6 +316,8 @@ class Selector {
   const PairSelectionOptions& options_;
   LinkStructure structure_;
   std::vector<int> full_tries_;  // per station
+  std::vector<int> failures_;    // of those
+  std::vector<int> matched_;     // pairs ranked by a match, per station
   std::vector<int> takes_part_;
   int members_ = 0;
   int budget_ = 0;
@@ -304,6 +340,10 @@ void VisitOptions(OptionVisitor& visitor, PairSelectionOptions& options) {
                   "accepted links after which further predicted pairs are redundant");
   visitor.Real("predicted_overlap", options.predicted_overlap, "1", 0.0, 1.0,
                "least overlap by the current poses for which a pair is registered");
+  visitor.Integer(
+      "matched_per_failure", options.matched_per_failure, "1", 0, 100000,
+      "further pairs of a station that stays apart that are ranked by a cheap match for "
+      "each of its registrations that failed");
   visitor.Integer("matched_per_station", options.matched_per_station, "1", 0, 100000,
                   "pairs that are ranked by a cheap match in all while stations stay apart, times "
                   "the number of stations");

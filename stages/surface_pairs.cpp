@@ -49,15 +49,9 @@ SurfaceMotion MotionOf(const RigidTransform& transform) {
 }  // namespace
 
 SurfacePairs::SurfacePairs(const Surface& source, const Surface& target,
-                           const CloudIndex& target_index, const EvenChoice& chosen, double reach_m)
-    : target_(target), index_(target_index), reach_m_(reach_m) {
-  std::vector<std::size_t> voxels;
-  voxels.reserve(chosen.count());
-  for (std::size_t i = 0; i < chosen.count(); ++i) {
-    const std::size_t voxel = chosen[i];
-    if (source.normals[voxel].allFinite()) voxels.push_back(voxel);
-  }
-  count_ = voxels.size();
+                           const CloudIndex& target_index, std::span<const std::uint32_t> chosen,
+                           double reach_m)
+    : target_(target), index_(target_index), reach_m_(reach_m), count_(chosen.size()) {
   for (Columns* columns : {&point_, &normal_, &asked_, &fixed_, &fixed_normal_}) {
     for (Column& column : *columns) column = MakeColumn(count_);
   }
@@ -66,8 +60,8 @@ SurfacePairs::SurfacePairs(const Surface& source, const Surface& target,
   answers_.resize(count_);
   std::iota(uncertain_.begin(), uncertain_.end(), 0U);
   for (std::size_t i = 0; i < count_; ++i) {
-    Put(source.model.leaves[voxels[i]].cluster.mean, i, &point_);
-    Put(source.normals[voxels[i]].cast<double>(), i, &normal_);
+    Put(source.model.leaves[chosen[i]].cluster.mean, i, &point_);
+    Put(source.normals[chosen[i]].cast<double>(), i, &normal_);
   }
 }
 

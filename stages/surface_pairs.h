@@ -2,9 +2,9 @@
 
 #include <array>
 #include <memory>
+#include <span>
 #include <vector>
 
-#include "core/even_choice.h"
 #include "core/rigid_transform.h"
 #include "stages/cloud_agreement.h"
 #include "stages/surface.h"
@@ -12,15 +12,15 @@
 
 namespace backsight {
 
-/// Voxels of a source, evenly chosen, and the nearest ones of a target under motions that differ
+/// Voxels of a source and the nearest ones of a target under motions that differ
 /// little from one to the next: a voxel that has moved by less than its nearest is closer than all
 /// others keeps it. Memory 136 bytes per chosen voxel.
 class SurfacePairs {
  public:
-  /// `chosen`: voxels of the source; those without a defined normal are left out. What the surfaces
-  /// refer to, and the index, must outlive it.
+  /// `chosen`: voxels of the source with a defined normal. What the surfaces refer to, and the
+  /// index, must outlive it.
   SurfacePairs(const Surface& source, const Surface& target, const CloudIndex& target_index,
-               const EvenChoice& chosen, double reach_m);
+               std::span<const std::uint32_t> chosen, double reach_m);
 
   /// Normal equations of the pairs within the rule, whose reach is that of the constructor.
   SurfacePairSums Sum(const RigidTransform& target_from_source, const SurfacePairRule& rule);

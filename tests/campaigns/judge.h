@@ -11,8 +11,8 @@
 namespace backsight {
 
 /// What a run on a simulated campaign is worth against its exact truth. Relative poses are wrong
-/// where they are off by more than 1 degree or 0.2 m; links of the final network are those with the
-/// status "accepted" to which the network left a weight.
+/// where they are off by more than 1 degree, or 0.2 m and 0.5 mm per metre of distance; links of
+/// the final network are those with the status "accepted" to which the network left a weight.
 struct Judgement {
   std::string name;
   std::uint64_t seed = 0;

@@ -4,6 +4,8 @@
 
 #include <utility>
 
+#include "stages/surface_choice.h"
+#include "stages/surface_refinement.h"
 #include "tests/support/hall_scene.h"
 
 namespace backsight {
@@ -21,6 +23,10 @@ TEST(PreparedStation, MakesEverythingOnceAndAnewInACopy) {
   const PlaneTree& others = prepared.Planes(station.surface(), station.index, coarser);
   EXPECT_LT(others.roots(), planes.roots());
   EXPECT_EQ(&prepared.Planes(station.surface(), station.index, {}), &planes);
+
+  const std::vector<std::uint32_t>& surfaces = prepared.Surfaces(station.surface());
+  EXPECT_EQ(surfaces, ChooseSurfaces(station.features.normals, kRefinedSurfaces));
+  EXPECT_EQ(&prepared.Surfaces(station.surface()), &surfaces);
 
   const double cell_m = prepared.PlanCell(station.model, station.features);
   EXPECT_EQ(cell_m, PlanCellFor(station.model, station.features));

@@ -181,18 +181,73 @@ TEST(PairSelection, UnmatchedPairsBetweenComponentsAreRankedBeforeTheBudgetIsSpe
   EXPECT_GT(apart_without, 0) << "else nothing was hidden";
 }
 
+std::ptrdiff_t Matched(const World& world) {
+  return std::count_if(world.candidates.begin(), world.candidates.end(),
+                       [](const PairProspect& pair) { return !pair.unmatched; });
+}
+
 TEST(PairSelection, NoMoreIsMatchedThanAllowed) {
   World world = WithHiddenStations(1, 150, 20);
-  const auto matched = [&] {
-    return std::count_if(world.candidates.begin(), world.candidates.end(),
-                         [](const PairProspect& pair) { return !pair.unmatched; });
-  };
-  const auto before = matched();
+  const auto before = Matched(world);
   PairSelectionOptions options;
   options.matched_per_station = static_cast<int>(before / 150) + 2;
   Play(options, &world);
-  EXPECT_GT(matched(), before);
-  EXPECT_LE(matched(), 150 * options.matched_per_station);
+  EXPECT_GT(Matched(world), before);
+  EXPECT_LE(Matched(world), 150 * options.matched_per_station);
+}
+
+/// Of each station only `matched` pairs are ranked by what the clouds say, those that a guess as
+/// wrong as `noise` takes for its best.
+World WithGuesses(std::uint64_t seed, int stations, int matched, double noise) {
+  World world = MakeWorld(seed, stations, 9.0, 0.1, 0.95);
+  Random random(seed + 100);
+  std::vector<std::pair<double, std::size_t>> guesses;
+  for (std::size_t i = 0; i < world.candidates.size(); ++i) {
+    PairProspect& pair = world.candidates[i];
+    world.when_matched.push_back(pair.similarity);
+    pair.unmatched = true;
+    pair.similarity += noise * random.Normal() - 1000.0;
+    guesses.emplace_back(-pair.similarity, i);
+  }
+  std::sort(guesses.begin(), guesses.end());
+  std::vector<int> taken(At(stations), 0);
+  for (const auto& [guess, i] : guesses) {
+    PairProspect& pair = world.candidates[i];
+    if (std::min(taken[At(pair.source)], taken[At(pair.target)]) >= matched) continue;
+    ++taken[At(pair.source)], ++taken[At(pair.target)];
+    pair.unmatched = false;
+    pair.similarity = world.when_matched[i];
+  }
+  return world;
+}
+
+TEST(PairSelection, FailuresHaveFurtherPairsRankedInsteadOfTried) {
+  int full = 0;
+  int full_without = 0;
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    World world = WithGuesses(seed, 150, 10, /*noise=*/4.0);
+    World without = world;
+    Play({}, &world);
+    EXPECT_EQ(FindLinkStructure(150, world.candidates).component, TrueComponents(world));
+    full += world.full;
+    PairSelectionOptions options;
+    options.matched_per_failure = 0;
+    Play(options, &without);
+    full_without += without.full;
+  }
+  EXPECT_LT(full, 0.9 * full_without);
+}
+
+TEST(PairSelection, WhatNeverFailsNeedsNoFurtherRanking) {
+  World world = WithGuesses(1, 150, 25, /*noise=*/0.0);
+  for (std::size_t i = 0; i < world.candidates.size(); ++i) {
+    world.detectable[i] = world.Distance(world.candidates[i]) < 1.0 ? 1 : 0;
+  }
+  const auto before = Matched(world);
+  Play({}, &world);
+  const LinkStructure found = FindLinkStructure(150, world.candidates);
+  ASSERT_EQ(*std::max_element(found.component.begin(), found.component.end()), 0);
+  EXPECT_LE(Matched(world) - before, 150);
 }
 
 TEST(PairSelection, TwoGroupsWithoutCommonViewStayApartWithinTheBudget) {

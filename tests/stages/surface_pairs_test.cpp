@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/neighbors.h"
+#include "stages/surface_choice.h"
 #include "tests/support/hall_scene.h"
 #include "tests/support/instruction_sets.h"
 
@@ -20,14 +21,12 @@ struct Reference {
 
 /// One voxel after the other, each searched anew.
 Reference SumOneByOne(const HallStation& source, const HallStation& target,
-                      const EvenChoice& chosen, const RigidTransform& motion,
+                      const std::vector<std::uint32_t>& chosen, const RigidTransform& motion,
                       const SurfacePairRule& rule) {
   Reference sums;
   const NeighborSearch search(target.index.means);
   const double less = rule.along_variance - rule.across_variance;
-  for (std::size_t k = 0; k < chosen.count(); ++k) {
-    const std::size_t i = chosen[k];
-    if (!source.features.normals[i].allFinite()) continue;
+  for (const std::uint32_t i : chosen) {
     const Eigen::Vector3d moved = motion * source.model.leaves[i].cluster.mean;
     std::size_t nearest = 0;
     double distance_m = std::numeric_limits<double>::infinity();
@@ -77,8 +76,8 @@ TEST(SurfacePairs, EqualsTheSumOneByOneUnderMotionsNearAndFar) {
     motions.push_back(Retract(truth, xi));
   }
   const std::size_t voxels = source.model.leaves.size();
-  for (const std::size_t sample : {voxels, voxels / 7}) {
-    const EvenChoice chosen(voxels, sample);
+  for (const std::size_t most : {voxels, voxels / 7}) {
+    const std::vector<std::uint32_t> chosen = ChooseSurfaces(source.features.normals, most);
     std::vector<SurfacePairSums> first;  // of the first instruction set
     ForEachInstructionSet([&](const std::string& name) {
       // One after the other on the same object, so that most nearest voxels are remembered.
