@@ -31,7 +31,9 @@ PairCandidate MakeCandidate(const PairClouds& clouds, CoarseCandidate coarse,
                        coarse.information,  std::move(structure_points)};
   fine_input.target_planes =
       &clouds.target_prepared.Planes(clouds.target, clouds.target_index, options.fine);
-  fine_input.source_surfaces = &clouds.source_prepared.Surfaces(clouds.source);
+  if (options.fine.surfaces) {
+    fine_input.source_surfaces = &clouds.source_prepared.Surfaces(clouds.source);
+  }
   candidate.fine = RefinePair(fine_input, options.fine, context);
   candidate.verification =
       VerifyPair({clouds.source, clouds.target, clouds.source_index, clouds.target_index,

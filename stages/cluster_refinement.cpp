@@ -3,9 +3,12 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <map>
+#include <vector>
 
 #include "core/even_choice.h"
+#include "core/voxel_grid.h"
 #include "stages/motion_descent.h"
 
 namespace backsight {
@@ -13,12 +16,12 @@ namespace {
 
 constexpr std::size_t kVoxels = 40000;  // of the source
 constexpr int kMostSteps = 10;
-constexpr double kReach = 2.0;               // voxels, between matched means
-constexpr double kAcrossSigma = 0.001;       // m, of any mean
-constexpr double kGroupEdge = 20.0;          // voxels: errors farther apart are independent
-constexpr double kFilledVoxel = 12.0;        // edge squared to variance of uniformly spread points
-constexpr double kSharedError = 0.02;        // voxels: of all means together, whatever their number
-constexpr std::size_t kFewestGroups = 30;    // five per unknown
+constexpr double kReach = 2.0;             // voxels, between matched means
+constexpr double kAcrossSigma = 0.001;     // m, of any mean
+constexpr double kGroupEdge = 20.0;        // voxels: errors farther apart are independent
+constexpr double kFilledVoxel = 12.0;      // edge squared to variance of uniformly spread points
+constexpr double kSharedError = 0.02;      // voxels: of all means together, whatever their number
+constexpr std::size_t kFewestGroups = 30;  // five per unknown
 
 /// What the pairs of one motion amount to.
 class PairSums {
@@ -135,8 +138,7 @@ PairSums CollectPairs(const Surface& source, const Surface& target, const RigidT
 
 /// Inverse of the cluster-robust covariance H^-1 M H^-1 and the error that all pairs share, about
 /// the pairs' centre; zero where the groups are too few to tell M.
-Matrix6d RobustInformation(const PairSums& last, const Groups& groups,
-                           double shared_m) {
+Matrix6d RobustInformation(const PairSums& last, const Groups& groups, double shared_m) {
   if (groups.size() < kFewestGroups) return Matrix6d::Zero();
   Matrix6d scatter = Matrix6d::Zero();
   for (const auto& [key, gradient] : groups) scatter += gradient * gradient.transpose();

@@ -14,20 +14,16 @@ struct MotionEquations {
 struct MotionDescent {
   RigidTransform target_from_source;  ///< the start where too few pairs matched
   int matches = 0;                    ///< pairs in the last iteration
-  bool has_enough = true;             ///< at least 100 in all
+  bool has_enough = true;             ///< at least 100 in every iteration
 };
-
-/// Gauss-Newton steps from `start` on the pairs' cost and 0.5 r^T prior r, r = LocalDifference(T,
-/// start), until they are below 1e-6 rad and m or `max_iterations` were made. `equations_at(motion)`
-/// returns the MotionEquations of the pairs that match under a motion.
-template <class EquationsAt>
-MotionDescent Descend(const RigidTransform& start, const Matrix6d& prior, int max_iterations,
-                      EquationsAt equations_at);
 
 /// The step that the equations ask for, given where it starts; not finite where they are singular.
 Vector6d MotionStep(const MotionEquations& equations, const Matrix6d& prior,
                     const Vector6d& from_start);
 
+/// Gauss-Newton steps from `start` on the pairs' cost and 0.5 r^T prior r, r = LocalDifference(T,
+/// start), until they are below 1e-6 rad and m or `max_iterations` were made.
+/// `equations_at(motion)` returns the MotionEquations of the pairs that match under a motion.
 template <class EquationsAt>
 MotionDescent Descend(const RigidTransform& start, const Matrix6d& prior, int max_iterations,
                       EquationsAt equations_at) {

@@ -273,6 +273,7 @@ class Selector {
 
   /// What the ranking took for likely failed: it may not have seen the right ones.
   std::vector<std::size_t> UnmatchedAfterFailures() const {
+    if (budget_ <= 0) return {};
     const int largest = Largest(structure_.component, 0, nullptr);
     std::vector<int> wanted(At(stations_), 0);
     for (std::size_t s = 0; s < wanted.size(); ++s) {
@@ -316,7 +317,7 @@ class Selector {
   const PairSelectionOptions& options_;
   LinkStructure structure_;
   std::vector<int> full_tries_;  // per station
-  std::vector<int> failures_;    // of those
+  std::vector<int> failures_;    // of those, that did not become links
   std::vector<int> matched_;     // pairs ranked by a match, per station
   std::vector<int> takes_part_;
   int members_ = 0;
@@ -342,8 +343,8 @@ void VisitOptions(OptionVisitor& visitor, PairSelectionOptions& options) {
                "least overlap by the current poses for which a pair is registered");
   visitor.Integer(
       "matched_per_failure", options.matched_per_failure, "1", 0, 100000,
-      "further pairs of a station that stays apart that are ranked by a cheap match for "
-      "each of its registrations that failed");
+      "pairs of a station that stays apart that are ranked by a cheap match, times one more than "
+      "its registrations that did not become links");
   visitor.Integer("matched_per_station", options.matched_per_station, "1", 0, 100000,
                   "pairs that are ranked by a cheap match in all while stations stay apart, times "
                   "the number of stations");

@@ -18,7 +18,7 @@ struct PairSelectionOptions {
   int links_per_station = 3;       ///< accepted links wanted at least
   int max_links_per_station = 10;  ///< beyond this, predicted pairs are redundant
   double predicted_overlap = 0.2;  ///< least predicted overlap of a pair worth a fine registration
-  int matched_per_failure = 25;    ///< further pairs of a station apart ranked for each failure
+  int matched_per_failure = 25;    ///< ranked of a station apart, times one more than its failures
   int matched_per_station = 200;  ///< pairs ranked by matching in all, times the number of stations
   bool until_connected = false;   ///< spend any number of registrations while components stay apart
 };
@@ -61,7 +61,8 @@ struct PairBatch {
 ///   2. exhaustive (by option, or few stations): all pairs, fully, then 4 and 7;
 ///   3. while components are apart: every component but the largest proposes the most similar pairs
 ///      that leave it, for each station until it has been in full_per_station - 2 registrations;
-///      stations of which some failed first have matched_per_failure more pairs ranked for each;
+///      stations with f registrations that did not become links first have their pairs ranked up to
+///      matched_per_failure * (1 + f);
 ///   4. pairs within a component that the poses predict to overlap, by prediction, until both ends
 ///      have max_links_per_station links; stations with fewer than links_per_station are content
 ///      with half of the overlap;

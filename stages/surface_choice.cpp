@@ -7,10 +7,10 @@ namespace backsight {
 namespace {
 
 /// Sum of n n^T, and a little in every direction: what hardly any normal has is noise.
-Eigen::Matrix3d Scatter(std::span<const Eigen::Vector3f> normals, const std::vector<std::uint32_t>& defined) {
+Eigen::Matrix3d Scatter(std::span<const Eigen::Vector3f> normals,
+                        const std::vector<std::uint32_t>& defined) {
   constexpr double kNoise = 0.01;  // of the normals
-  Eigen::Matrix3d sum =
-      kNoise * static_cast<double>(defined.size()) * Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d sum = kNoise * static_cast<double>(defined.size()) * Eigen::Matrix3d::Identity();
   for (const std::uint32_t i : defined) {
     const Eigen::Vector3d n = normals[i].cast<double>();
     sum += n * n.transpose();

@@ -1,6 +1,7 @@
 #include "stages/surface_refinement.h"
 
 #include <cmath>
+#include <vector>
 
 #include "core/even_choice.h"
 #include "stages/motion_descent.h"

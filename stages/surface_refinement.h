@@ -1,8 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 #include "core/rigid_transform.h"
 #include "stages/cloud_agreement.h"

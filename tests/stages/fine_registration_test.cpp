@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "stages/surface_choice.h"
+#include "stages/surface_refinement.h"
 #include "tests/support/hall_scene.h"
 #include "tests/support/matchers.h"
 
@@ -52,7 +54,7 @@ TEST(FineRegistration, RefinesOnPlanesToTheMillimetre) {
   }
 }
 
-TEST(FineRegistration, PlanesOfTheTargetMadeBeforehandChangeNothing) {
+TEST(FineRegistration, WhatIsMadeBeforehandChangesNothing) {
   const PairOfScans pair(2);
   const RigidTransform start = Disturbed(2, pair.truth);
   const PlaneTree planes = MakePlaneTree(pair.target.surface(), pair.target.index.means, {});
@@ -60,6 +62,9 @@ TEST(FineRegistration, PlanesOfTheTargetMadeBeforehandChangeNothing) {
                   pair.target.index,     start,
                   CoarseInformation(),   {}};
   input.target_planes = &planes;
+  const std::vector<std::uint32_t> surfaces =
+      ChooseSurfaces(pair.source.features.normals, kRefinedSurfaces);
+  input.source_surfaces = &surfaces;
   const FineResult with = RefinePair(input, {}, ExecutionContext(1));
   const FineResult without = pair.Refine(start, {});
   EXPECT_EQ(with.planes, without.planes);

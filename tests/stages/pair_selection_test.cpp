@@ -238,7 +238,20 @@ TEST(PairSelection, FailuresHaveFurtherPairsRankedInsteadOfTried) {
   EXPECT_LT(full, 0.9 * full_without);
 }
 
-TEST(PairSelection, WhatNeverFailsNeedsNoFurtherRanking) {
+TEST(PairSelection, NothingIsRankedWhereNoRegistrationIsLeft) {
+  World world = WithGuesses(1, 60, 10, /*noise=*/4.0);
+  int spent = 0;
+  for (PairProspect& pair : world.candidates) {
+    if (spent == 8 * 60) break;
+    pair.tried_full = true;
+    ++spent;
+  }
+  const PairBatch batch = NextPairs(60, world.candidates, {});
+  EXPECT_TRUE(batch.to_match.empty());
+  EXPECT_TRUE(batch.pairs.empty());
+}
+
+TEST(PairSelection, WhatSeldomFailsNeedsLittleFurtherRanking) {
   World world = WithGuesses(1, 150, 25, /*noise=*/0.0);
   for (std::size_t i = 0; i < world.candidates.size(); ++i) {
     world.detectable[i] = world.Distance(world.candidates[i]) < 1.0 ? 1 : 0;

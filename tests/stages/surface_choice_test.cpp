@@ -5,7 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <utility>
+#include <vector>
 
 #include "core/random.h"
 #include "core/rigid_transform.h"
@@ -83,9 +86,12 @@ TEST(ChooseSurfaces, TakesAllOfAFewAndNothingUndefined) {
   for (const std::size_t most : {std::size_t{0}, std::size_t{1}, std::size_t{500}, all.size()}) {
     const std::vector<std::uint32_t> chosen = ChooseSurfaces(made.normals, most);
     EXPECT_LE(chosen.size(), most);
+    EXPECT_GE(chosen.size() + 2, most);
     EXPECT_EQ(std::count(chosen.begin(), chosen.end(), 17U), 0);
   }
   EXPECT_TRUE(ChooseSurfaces({}, 10).empty());
+  std::fill(made.normals.begin(), made.normals.end(), made.normals[17]);
+  EXPECT_TRUE(ChooseSurfaces(made.normals, 10).empty()) << "all undefined";
 }
 
 TEST(ChooseSurfaces, DoesNotTakeNoiseOfOnePlaneForDirections) {
