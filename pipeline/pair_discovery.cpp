@@ -11,6 +11,7 @@
 #include "pipeline/candidate_links.h"
 #include "pipeline/largest_first.h"
 #include "pipeline/pair_rankings.h"
+#include "stages/link_structure.h"
 #include "stages/overlap_prediction.h"
 #include "stages/pair_selection.h"
 #include "stages/station_priors.h"

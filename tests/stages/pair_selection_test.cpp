@@ -7,6 +7,7 @@
 #include <set>
 
 #include "core/random.h"
+#include "stages/link_structure.h"
 
 namespace backsight {
 namespace {
