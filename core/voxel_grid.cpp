@@ -45,29 +45,25 @@ void VoxelClusterer::Grow() {
   }
 }
 
-VoxelLeaf VoxelClusterer::LeafOf(std::size_t voxel) const {
+PointCluster VoxelClusterer::ClusterOf(std::size_t voxel) const {
   const Sums& s = sums_[voxel];
   const Eigen::Vector3d first(s.first[0], s.first[1], s.first[2]);
   Eigen::Matrix3d second;
   second << s.second[0], s.second[1], s.second[2], s.second[1], s.second[3], s.second[4],
       s.second[2], s.second[4], s.second[5];
   const Eigen::Vector3d mean = first / s.count;
-  VoxelLeaf leaf;
-  leaf.key = s.key;
-  leaf.cluster.count = s.count;
-  leaf.cluster.mean = lattice_.Corner(VoxelLattice::Unpack(s.key)) + mean;
-  leaf.cluster.scatter = second - first * mean.transpose();
-  return leaf;
+  return {s.count, lattice_.Corner(VoxelLattice::Unpack(s.key)) + mean,
+          second - first * mean.transpose()};
 }
 
-std::vector<VoxelLeaf> VoxelClusterer::Finish() const {
-  std::vector<std::pair<std::uint64_t, std::size_t>> order;  // leaves are large to sort
+VoxelLeaves VoxelClusterer::Finish() const {
+  std::vector<std::pair<std::uint64_t, std::size_t>> order;
   order.reserve(size());
   for (std::size_t voxel = 0; voxel < size(); ++voxel) order.emplace_back(KeyOf(voxel), voxel);
   std::sort(order.begin(), order.end());
-  std::vector<VoxelLeaf> leaves;
-  leaves.reserve(size());
-  for (const auto& [key, voxel] : order) leaves.push_back(LeafOf(voxel));
+  VoxelLeaves leaves;
+  leaves.Reserve(size());
+  for (const auto& [key, voxel] : order) leaves.Add(key, ClusterOf(voxel));
   return leaves;
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/point_cluster.h"
+#include "core/voxel_leaves.h"
 
 namespace backsight {
 
@@ -41,15 +42,10 @@ struct VoxelLattice {
   }
 };
 
-/// One occupied voxel: its points' cluster, in the frame of the points.
-struct VoxelLeaf {
-  std::uint64_t key = 0;
-  PointCluster cluster;
-};
-
 /// Gathers streamed points into voxel clusters. Sums are formed relative to the voxel's corner, so
-/// nothing cancels at large coordinates. The result depends on the order of points only by rounding
-/// and is sorted by key. Time O(points), memory 88 bytes and 32 to 64 more per occupied voxel.
+/// nothing cancels at large coordinates. The result is in the frame of the points, depends on their
+/// order only by rounding and is sorted by key. Time O(points), memory 88 bytes and 32 to 64 more
+/// per occupied voxel.
 class VoxelClusterer {
  public:
   explicit VoxelClusterer(const VoxelLattice& lattice) : lattice_(lattice) {}
@@ -62,12 +58,12 @@ class VoxelClusterer {
   /// A point of the voxel `key`, `offset` from its corner.
   void Add(std::uint64_t key, const Eigen::Vector3d& offset);
 
-  std::vector<VoxelLeaf> Finish() const;
+  VoxelLeaves Finish() const;
 
   /// Voxels so far, numbered in the order of their first points.
   std::size_t size() const { return sums_.size(); }
   std::uint64_t KeyOf(std::size_t voxel) const { return sums_[voxel].key; }
-  VoxelLeaf LeafOf(std::size_t voxel) const;
+  PointCluster ClusterOf(std::size_t voxel) const;
 
  private:
   struct Sums {

@@ -38,7 +38,7 @@ void VoxelShards::Add(const Batch& batch, const ExecutionContext& context) {
   context.ParallelFor(kShards, add, kGrain);
 }
 
-std::vector<VoxelLeaf> VoxelShards::Finish() const {
+VoxelLeaves VoxelShards::Finish() const {
   struct Place {
     std::uint64_t key;
     std::uint32_t shard;
@@ -52,9 +52,11 @@ std::vector<VoxelLeaf> VoxelShards::Finish() const {
   }
   std::sort(order.begin(), order.end(),
             [](const Place& a, const Place& b) { return a.key < b.key; });
-  std::vector<VoxelLeaf> leaves;
-  leaves.reserve(order.size());
-  for (const Place& place : order) leaves.push_back(shards_[place.shard].LeafOf(place.voxel));
+  VoxelLeaves leaves;
+  leaves.Reserve(order.size());
+  for (const Place& place : order) {
+    leaves.Add(place.key, shards_[place.shard].ClusterOf(place.voxel));
+  }
   return leaves;
 }
 

@@ -46,7 +46,7 @@ class VoxelShards {
   void Add(const Batch& batch, const ExecutionContext& context);
 
   /// Sorted by key.
-  std::vector<VoxelLeaf> Finish() const;
+  VoxelLeaves Finish() const;
 
  private:
   std::vector<VoxelClusterer> shards_;

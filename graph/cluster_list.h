@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "core/point_cluster.h"
-#include "core/voxel_grid.h"
+#include "core/voxel_leaves.h"
 
 namespace backsight {
 
@@ -12,23 +12,22 @@ namespace backsight {
 class ClusterList {
  public:
   ClusterList(const std::vector<PointCluster>& clusters) : clusters_(clusters) {}
-  ClusterList(const std::vector<VoxelLeaf>& leaves) : leaves_(leaves) {}
-  /// `means` are those of the leaves once more: together they are read in less time.
-  ClusterList(const std::vector<VoxelLeaf>& leaves, const std::vector<Eigen::Vector3d>& means)
-      : leaves_(leaves), means_(means) {}
+  ClusterList(const VoxelLeaves& leaves) : leaves_(&leaves) {}
 
-  std::size_t size() const { return clusters_.size() + leaves_.size(); }
-  const PointCluster& operator[](std::size_t i) const {
-    return leaves_.empty() ? clusters_[i] : leaves_[i].cluster;
+  std::size_t size() const { return leaves_ != nullptr ? leaves_->size() : clusters_.size(); }
+  PointCluster operator[](std::size_t i) const {
+    return leaves_ != nullptr ? leaves_->Cluster(i) : clusters_[i];
   }
   const Eigen::Vector3d& Mean(std::size_t i) const {
-    return means_.empty() ? (*this)[i].mean : means_[i];
+    return leaves_ != nullptr ? leaves_->Mean(i) : clusters_[i].mean;
+  }
+  double Count(std::size_t i) const {
+    return leaves_ != nullptr ? leaves_->Count(i) : clusters_[i].count;
   }
 
  private:
+  const VoxelLeaves* leaves_ = nullptr;
   std::span<const PointCluster> clusters_;
-  std::span<const VoxelLeaf> leaves_;
-  std::span<const Eigen::Vector3d> means_;
 };
 
 }  // namespace backsight

@@ -48,7 +48,7 @@ class PairPlaneSearch::Descent {
   double Points(std::span<const PathEntry> entries) const {
     if (static_cast<int>(entries.size()) >= options_.min_clusters) return 0.0;  // they suffice
     double points = 0.0;
-    for (const PathEntry& entry : entries) points += second_[entry.cluster].count;
+    for (const PathEntry& entry : entries) points += second_.Count(entry.cluster);
     return points;
   }
 
@@ -57,7 +57,7 @@ class PairPlaneSearch::Descent {
     ClusterSum sum;
     for (const PathEntry& entry : entries) sum.Add(second_[entry.cluster]);
     judge_.Clear();
-    judge_.Add(0, node.local);
+    judge_.Add(0, node.Local());
     judge_.Add(1, sum.Sum());
     PlaneAssociation plane;
     if (!judge_.Judge(&plane.observations)) return false;

@@ -105,11 +105,14 @@ class CellSearch {
       : clusters_(clusters), poses_(poses), lattice_(lattice), splitter_(options, poses, planes) {}
 
   void Search(std::uint64_t key, std::span<const CellEntry> cell) {
-    items_.clear();
+    locals_.clear();
     for (const CellEntry& entry : cell) {
-      const ClusterList& clusters = clusters_[entry.station];
-      items_.push_back({entry.station, &clusters[entry.cluster],
-                        poses_[entry.station] * clusters.Mean(entry.cluster)});
+      locals_.push_back(clusters_[entry.station][entry.cluster]);
+    }
+    items_.clear();
+    for (std::size_t i = 0; i < cell.size(); ++i) {
+      const std::uint32_t station = cell[i].station;
+      items_.push_back({station, &locals_[i], poses_[station] * locals_[i].mean});
     }
     const Eigen::Vector3d corner = lattice_.Corner(VoxelLattice::Unpack(key));
     const Eigen::Vector3d center = corner.array() + 0.5 * lattice_.edge_m;
@@ -121,6 +124,7 @@ class CellSearch {
   std::span<const RigidTransform> poses_;
   VoxelLattice lattice_;
   Splitter splitter_;
+  std::vector<PointCluster> locals_;
   std::vector<Item> items_;
 };
 

@@ -60,13 +60,12 @@ PlaneTree::PlaneTree(const ClusterList& clusters, const RigidTransform& lattice_
 std::uint32_t PlaneTree::AddNode(std::span<const PathEntry> entries, const ClusterList& clusters) {
   ClusterSum sum;
   for (const PathEntry& entry : entries) sum.Add(clusters[entry.cluster]);
-  Node node;
-  node.local = sum.Sum();
-  if (!HasEnough(node.local.count, static_cast<int>(entries.size()), options_)) return kNone;
+  const PointCluster local = sum.Sum();
+  if (!HasEnough(local.count, static_cast<int>(entries.size()), options_)) return kNone;
   PlaneFit fit;
-  FitPlanes(std::span(&node.local, 1), /*normals=*/false, std::span(&fit, 1));
-  node.is_planar = IsPlanar(fit, options_);
-  nodes_.push_back(node);
+  FitPlanes(std::span(&local, 1), /*normals=*/false, std::span(&fit, 1));
+  nodes_.push_back(
+      {.mean = local.mean, .spread = ClusterSpread(local), .is_planar = IsPlanar(fit, options_)});
   return static_cast<std::uint32_t>(nodes_.size() - 1);
 }
 

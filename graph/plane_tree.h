@@ -14,14 +14,17 @@ namespace backsight {
 
 /// Sums what a station has in the root cells of a lattice and in their octants, once for all
 /// searches that it takes part in (FindPairPlanes). Only what HasEnough is kept. Time O(n log n)
-/// for n clusters.
+/// for n clusters, memory 64 bytes for each cell or octant kept.
 class PlaneTree {
  public:
   struct Node {
-    PointCluster local;  ///< of all points in the cell, the station's frame
-    bool is_planar = false;
+    Eigen::Vector3d mean;  ///< of all points in the cell, the station's frame
+    ClusterSpread spread;
+    std::uint32_t first_child = 0;  ///< of those that have enough, one after the other
     std::uint8_t octants = 0;       ///< those that have enough
-    std::uint32_t first_child = 0;  ///< of them, one after the other
+    bool is_planar = false;
+
+    PointCluster Local() const { return spread.About(mean); }
   };
 
   /// `lattice_from_station` moves the clusters into the lattice's frame. Of the options those that

@@ -29,8 +29,7 @@ PairCandidate MakeCandidate(const PairClouds& clouds, CoarseCandidate coarse,
   FineInput fine_input{clouds.source,       clouds.target,
                        clouds.target_index, coarse.target_from_source,
                        coarse.information,  std::move(structure_points)};
-  fine_input.target_planes =
-      &clouds.target_prepared.Planes(clouds.target, clouds.target_index, options.fine);
+  fine_input.target_planes = &clouds.target_prepared.Planes(clouds.target, options.fine);
   if (options.fine.surfaces) {
     fine_input.source_surfaces = &clouds.source_prepared.Surfaces(clouds.source);
   }

@@ -68,9 +68,9 @@ CloudExtent ExtentOf(const PlacedClouds& clouds) {
   std::vector<double> values[3];
   std::size_t next = 0;
   for (const PlacedStation& placed : clouds.stations) {
-    const std::vector<VoxelLeaf>& leaves = placed.station->model.leaves;
+    const VoxelLeaves& leaves = placed.station->model.leaves;
     for (; next < leaves.size(); next += stride) {
-      const Eigen::Vector3d p = placed.frame_from_instrument * leaves[next].cluster.mean;
+      const Eigen::Vector3d p = placed.frame_from_instrument * leaves.Mean(next);
       for (int axis = 0; axis < 3; ++axis) values[axis].push_back(p[axis]);
     }
     next -= leaves.size();

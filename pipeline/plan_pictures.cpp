@@ -18,14 +18,15 @@ PictureWindow PlanWindow(const CloudExtent& extent) {
   return PictureWindow::Around(extent.min.head<2>(), extent.max.head<2>(), kWidth, kMaxHeight);
 }
 
-/// Calls `body(voxel, its mean in the frame of the clouds, half its edge)` for every voxel.
+/// Calls `body(its count, its mean in the frame of the clouds, half its edge)` for every voxel.
 template <typename Body>
 void ForEachVoxel(const PlacedClouds& clouds, const ExecutionContext& context, const Body& body) {
   for (const PlacedStation& placed : clouds.stations) {
     context.CheckStop();
     const double reach_m = 0.5 * placed.station->model.resolution_m();
-    for (const VoxelLeaf& leaf : placed.station->model.leaves) {
-      body(leaf, placed.frame_from_instrument * leaf.cluster.mean, reach_m);
+    const VoxelLeaves& leaves = placed.station->model.leaves;
+    for (std::size_t i = 0; i < leaves.size(); ++i) {
+      body(leaves.Count(i), placed.frame_from_instrument * leaves.Mean(i), reach_m);
     }
   }
 }
@@ -34,7 +35,7 @@ void ForEachVoxel(const PlacedClouds& clouds, const ExecutionContext& context, c
 template <typename Body>
 void ForEachCovered(const PlacedClouds& clouds, const PictureWindow& window,
                     const ExecutionContext& context, const Body& body) {
-  ForEachVoxel(clouds, context, [&](const VoxelLeaf&, const Eigen::Vector3d& p, double reach_m) {
+  ForEachVoxel(clouds, context, [&](double, const Eigen::Vector3d& p, double reach_m) {
     window.ForEachPixel(p.head<2>(), reach_m, [&](int x, int y) { body(window.At(x, y), p); });
   });
 }
@@ -74,15 +75,14 @@ PictureRecord DrawDensity(const PlacedClouds& clouds, const CloudExtent& extent,
   const double pixel_m2 = window.metres_per_pixel * window.metres_per_pixel;
   Values density(window.size(), 0.0);
   std::vector<std::size_t> pixels;
-  ForEachVoxel(
-      clouds, context, [&](const VoxelLeaf& leaf, const Eigen::Vector3d& p, double reach_m) {
-        pixels.clear();
-        window.ForEachPixel(p.head<2>(), reach_m,
-                            [&](int x, int y) { pixels.push_back(window.At(x, y)); });
-        for (const std::size_t pixel : pixels) {
-          density[pixel] += leaf.cluster.count / static_cast<double>(pixels.size()) / pixel_m2;
-        }
-      });
+  ForEachVoxel(clouds, context, [&](double count, const Eigen::Vector3d& p, double reach_m) {
+    pixels.clear();
+    window.ForEachPixel(p.head<2>(), reach_m,
+                        [&](int x, int y) { pixels.push_back(window.At(x, y)); });
+    for (const std::size_t pixel : pixels) {
+      density[pixel] += count / static_cast<double>(pixels.size()) / pixel_m2;
+    }
+  });
   for (double& value : density) {
     if (value == 0.0) value = std::numeric_limits<double>::quiet_NaN();
   }

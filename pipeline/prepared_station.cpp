@@ -36,13 +36,12 @@ PreparedStation& PreparedStation::operator=(const PreparedStation& other) {
 PreparedStation& PreparedStation::operator=(PreparedStation&& other) noexcept = default;
 PreparedStation::~PreparedStation() = default;
 
-const PlaneTree& PreparedStation::Planes(const Surface& surface, const CloudIndex& index,
-                                         const FineOptions& options) const {
+const PlaneTree& PreparedStation::Planes(const Surface& surface, const FineOptions& options) const {
   const TreeOptions key{options.root_edge, options.max_thickness_m, options.max_thinness};
   const std::lock_guard lock(kept_->mutex);
   const auto found = kept_->planes.find(key);
   if (found != kept_->planes.end()) return found->second;
-  return kept_->planes.emplace(key, MakePlaneTree(surface, index.means, options)).first->second;
+  return kept_->planes.emplace(key, MakePlaneTree(surface, options)).first->second;
 }
 
 const std::vector<std::uint32_t>& PreparedStation::Surfaces(const Surface& surface) const {

@@ -24,8 +24,7 @@ class PreparedStation {
   ~PreparedStation();
 
   /// MakePlaneTree for the station as a target.
-  const PlaneTree& Planes(const Surface& surface, const CloudIndex& index,
-                          const FineOptions& options) const;
+  const PlaneTree& Planes(const Surface& surface, const FineOptions& options) const;
 
   /// ChooseSurfaces of kRefinedSurfaces, for the station as a source.
   const std::vector<std::uint32_t>& Surfaces(const Surface& surface) const;

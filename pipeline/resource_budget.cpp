@@ -32,7 +32,7 @@ constexpr std::uint64_t kProgramBytes = 60'000'000;  // code and libraries
 // dense scans more).
 constexpr double kLeastPerStored = 2.0;
 constexpr double kLikelyPerStored = 2.8;
-constexpr std::uint64_t kBytesPerVoxel = 124;  // stored
+constexpr std::uint64_t kBytesPerVoxel = 72;  // stored
 // Scans of a million points and more fall into 30,000 voxels at least and 200,000 on average.
 constexpr std::uint64_t kFewestPointsPerVoxel = 40;
 constexpr std::uint64_t kFewVoxels = 30'000;

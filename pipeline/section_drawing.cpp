@@ -17,7 +17,7 @@ namespace {
 std::optional<SurfacePatch> PlaneOf(const Station& station, std::size_t leaf) {
   constexpr double kEnough = 20.0;  // points
   const StationModel& model = station.model;
-  const PointCluster& cluster = model.leaves[leaf].cluster;
+  const PointCluster& cluster = model.leaves.Cluster(leaf);
   if (cluster.count >= kEnough) return PatchOf(cluster, model.resolution_m());
   const auto patch = FindPatch(model, *station.index, leaf);
   return patch ? patch : PatchOf(cluster, model.resolution_m());
@@ -28,7 +28,7 @@ std::optional<VoxelCut> CutVoxel(const Station& station, std::size_t leaf,
                                  const RigidTransform& paper_from_instrument,
                                  double half_thickness_m) {
   const double edge_m = station.model.resolution_m();
-  const Eigen::Vector3d& mean = station.model.leaves[leaf].cluster.mean;
+  const Eigen::Vector3d& mean = station.model.leaves.Mean(leaf);
   const double height = (paper_from_instrument * mean).z();
   if (std::abs(height) > half_thickness_m + edge_m) return std::nullopt;
   VoxelCut cut;

@@ -22,7 +22,7 @@ namespace {
 double ExtentOf(const StationModel& model) {
   std::vector<double> ranges;
   ranges.reserve(model.leaves.size());
-  for (const VoxelLeaf& leaf : model.leaves) ranges.push_back(leaf.cluster.mean.norm());
+  for (const Eigen::Vector3d& mean : model.leaves.means()) ranges.push_back(mean.norm());
   const auto place = ranges.begin() + static_cast<std::ptrdiff_t>(ranges.size() * 95 / 100);
   std::nth_element(ranges.begin(), place, ranges.end());
   return *place;
@@ -30,10 +30,10 @@ double ExtentOf(const StationModel& model) {
 
 std::string FingerprintOf(const StationModel& model) {
   Fingerprint fingerprint;
-  for (const VoxelLeaf& leaf : model.leaves) {
-    fingerprint.Add(leaf.key);
-    const double values[4] = {leaf.cluster.count, leaf.cluster.mean.x(), leaf.cluster.mean.y(),
-                              leaf.cluster.mean.z()};
+  for (std::size_t i = 0; i < model.leaves.size(); ++i) {
+    fingerprint.Add(model.leaves.Key(i));
+    const Eigen::Vector3d& mean = model.leaves.Mean(i);
+    const double values[4] = {model.leaves.Count(i), mean.x(), mean.y(), mean.z()};
     fingerprint.Add(std::as_bytes(std::span(values)));
   }
   return fingerprint.Hex();

@@ -17,20 +17,6 @@ std::uint64_t CubeKey(std::uint64_t leaf_key, int voxels) {
   return VoxelLattice::Pack(cell.array().floor().cast<int>());
 }
 
-std::vector<std::uint64_t> Keys(const StationModel& model) {
-  std::vector<std::uint64_t> keys;
-  keys.reserve(model.leaves.size());
-  for (const VoxelLeaf& leaf : model.leaves) keys.push_back(leaf.key);
-  return keys;
-}
-
-std::vector<Eigen::Vector3d> Means(const StationModel& model) {
-  std::vector<Eigen::Vector3d> means;
-  means.reserve(model.leaves.size());
-  for (const VoxelLeaf& leaf : model.leaves) means.push_back(leaf.cluster.mean);
-  return means;
-}
-
 /// How well a point lies on the surfaces in and beside its voxel: whether there is any, and 1 on it
 /// falling to 0 at the tolerance.
 struct PointFit {
@@ -48,7 +34,8 @@ PointFit FitPoint(const Surface& reference, const CloudIndex& index, const Eigen
     if (cosine < 0.0F) return;
     fit.met = true;
     if (!(cosine > kLikeNormal)) return;
-    const double distance = n.cast<double>().dot(point - index.means[leaf]) / tolerance_m;
+    const double distance =
+        n.cast<double>().dot(point - reference.model.leaves.Mean(leaf)) / tolerance_m;
     fit.score = std::max(fit.score, 1.0 - distance * distance);
   });
   return fit;
@@ -164,7 +151,7 @@ CloudSample SampleCloud(const StationModel& model, std::size_t leaves) {
   std::vector<Place> order;
   order.reserve(model.leaves.size());
   for (std::size_t i = 0; i < model.leaves.size(); ++i) {
-    const std::uint64_t key = model.leaves[i].key;
+    const std::uint64_t key = model.leaves.Key(i);
     order.push_back({CubeKey(key, kBlockCells * kGroupBlocks), CubeKey(key, kBlockCells),
                      static_cast<std::uint32_t>(i)});
   }
@@ -190,14 +177,13 @@ CloudSample SampleCloud(const StationModel& model, std::size_t leaves) {
   sample.begins.push_back(static_cast<std::uint32_t>(sample.leaves.size()));
   sample.points.reserve(sample.leaves.size());
   for (const std::uint32_t leaf : sample.leaves) {
-    sample.points.push_back(model.leaves[leaf].cluster.mean);
+    sample.points.push_back(model.leaves.Mean(leaf));
   }
   return sample;
 }
 
 CloudIndex::CloudIndex(const StationModel& model)
-    : voxels(model.lattice, Keys(model)),
-      means(Means(model)),
+    : voxels(model.lattice, model.leaves.keys()),
       sieve(SampleCloud(model, 1500)),
       sample(SampleCloud(model, 20000)) {}
 

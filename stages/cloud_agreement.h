@@ -25,15 +25,14 @@ struct CloudSample {
 /// Whole blocks, evenly chosen, of about `leaves` voxels altogether. O(n log n) for n voxels.
 CloudSample SampleCloud(const StationModel& model, std::size_t leaves);
 
-/// What comparisons of a station's cloud with others need, made once per station. Memory: about 40
+/// What comparisons of a station's cloud with others need, made once per station. Memory: about 16
 /// bytes per voxel.
 struct CloudIndex {
   explicit CloudIndex(const StationModel& model);
 
-  VoxelIndex voxels;                   ///< the leaves by position
-  std::vector<Eigen::Vector3d> means;  ///< of the leaves
-  CloudSample sieve;                   ///< about 1,500 voxels: for many hypotheses
-  CloudSample sample;                  ///< about 20,000: for the few that remain
+  VoxelIndex voxels;   ///< the leaves by position
+  CloudSample sieve;   ///< about 1,500 voxels: for many hypotheses
+  CloudSample sample;  ///< about 20,000: for the few that remain
 };
 
 /// What the viewer's scanner says of a piece of surface that another scan measured.

@@ -71,15 +71,16 @@ Eigen::Matrix3d ClusterCovariance(const PointCluster& cluster, double l) {
 /// by less than its nearest voxel is closer than all others keeps it.
 class NearestMemory {
  public:
-  NearestMemory(const CloudIndex& index, double reach_m, std::size_t points)
-      : index_(index), reach_m_(reach_m), entries_(points) {}
+  NearestMemory(const StationModel& model, const CloudIndex& index, double reach_m,
+                std::size_t points)
+      : means_(model.leaves.means()), index_(index), reach_m_(reach_m), entries_(points) {}
 
   /// The voxel nearest to point `i`, which now lies at `moved`; none within the reach: kNone.
   std::uint32_t Find(std::size_t i, const Eigen::Vector3d& moved) {
     Entry& entry = entries_[i];
     if (!IsCertain(entry, moved)) {
       const double wide_m = 1.1 * reach_m_;
-      const auto nearest = index_.voxels.Nearest(index_.means, moved, wide_m);
+      const auto nearest = index_.voxels.Nearest(means_, moved, wide_m);
       entry.asked = moved;
       entry.voxel = nearest ? nearest->voxel : kNone;
       entry.others_m = nearest ? std::sqrt(nearest->others_squared_m2) : wide_m;
@@ -98,7 +99,7 @@ class NearestMemory {
   };
 
   double Distance(std::uint32_t voxel, const Eigen::Vector3d& point) const {
-    return (point - index_.means[voxel]).norm();
+    return (point - means_[voxel]).norm();
   }
   bool IsCertain(const Entry& entry, const Eigen::Vector3d& moved) const {
     constexpr double kRounding = 1e-9;
@@ -106,6 +107,7 @@ class NearestMemory {
     return others_m > (entry.voxel == kNone ? reach_m_ : Distance(entry.voxel, moved));
   }
 
+  std::span<const Eigen::Vector3d> means_;
   const CloudIndex& index_;
   double reach_m_;
   std::vector<Entry> entries_;
@@ -120,11 +122,11 @@ PairSums CollectPairs(const Surface& source, const Surface& target, const RigidT
   const VoxelLattice lattice{.edge_m = kGroupEdge * l};
   PairSums sums;
   for (std::size_t i = 0; i < chosen.count(); ++i) {
-    const PointCluster& cluster = source.model.leaves[chosen[i]].cluster;
+    const PointCluster& cluster = source.model.leaves.Cluster(chosen[i]);
     const Eigen::Vector3d moved = motion * cluster.mean;
     const std::uint32_t j = memory->Find(i, moved);
     if (j == NearestMemory::kNone) continue;
-    const PointCluster& fixed = target.model.leaves[j].cluster;
+    const PointCluster& fixed = target.model.leaves.Cluster(j);
     const Eigen::Matrix3d& rotation = motion.rotation;
     const Vector6d gradient =
         sums.Add(moved, fixed.mean,
@@ -162,7 +164,7 @@ ClusterRefinement RefineOnClusters(const Surface& source, const Surface& target,
                                    const Matrix6d& prior) {
   const double l = target.model.resolution_m();
   const EvenChoice chosen(source.model.leaves.size(), kVoxels);
-  NearestMemory memory(target_index, kReach * l, chosen.count());
+  NearestMemory memory(target.model, target_index, kReach * l, chosen.count());
   const auto equations_at = [&](const RigidTransform& motion) {
     return CollectPairs(source, target, motion, chosen, &memory, nullptr).equations();
   };

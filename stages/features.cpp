@@ -18,8 +18,8 @@ constexpr double kCellEdge = 4.0;  // voxels
 std::vector<Eigen::Vector3f> Positions(const StationModel& model) {
   std::vector<Eigen::Vector3f> positions;
   positions.reserve(model.leaves.size());
-  for (const VoxelLeaf& leaf : model.leaves) {
-    positions.push_back(leaf.cluster.mean.cast<float>());
+  for (const Eigen::Vector3d& mean : model.leaves.means()) {
+    positions.push_back(mean.cast<float>());
   }
   return positions;
 }

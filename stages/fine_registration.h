@@ -64,11 +64,10 @@ struct FineInput {
 };
 
 /// What pairs need of their target alone, made once for all of them: its dominant directions, and
-/// what it has in the cells of a lattice along them. `means` are those of the leaves. Some 10 ms;
-/// memory 112 bytes per cell with points enough: some 15 bytes per voxel of thinned scans, up to
-/// some 150 where every voxel holds dozens of points.
-PlaneTree MakePlaneTree(const Surface& target, const std::vector<Eigen::Vector3d>& means,
-                        const FineOptions& options);
+/// what it has in the cells of a lattice along them. Some 10 ms; memory 64 bytes per cell with
+/// points enough: some 8 bytes per voxel of thinned scans, up to some 80 where every voxel holds
+/// dozens of points.
+PlaneTree MakePlaneTree(const Surface& target, const FineOptions& options);
 
 /// Planar adjustment of one pair (paper section III-E on voxel clusters): finds planes seen by both
 /// stations, adjusts, associates anew, and lets all surfaces take part at last. Where planes are

@@ -128,9 +128,7 @@ class Pass {
     return all;
   }
   const VoxelLattice& lattice() const { return lattice_; }
-  std::vector<VoxelLeaf> Leaves() const {
-    return shards_ ? shards_->Finish() : std::vector<VoxelLeaf>();
-  }
+  VoxelLeaves Leaves() const { return shards_ ? shards_->Finish() : VoxelLeaves(); }
 
  private:
   void Begin(const PointChunk& points) {
@@ -188,7 +186,7 @@ InputError TooFewLeaves(const IngestResult& result, const OutOfRange& out, std::
 /// From station to instrument coordinates; the range image is made of the latter.
 void MoveToInstrument(double pixel_deg, StationModel* model) {
   model->lattice.origin -= model->scanner_origin;
-  for (VoxelLeaf& leaf : model->leaves) leaf.cluster.mean -= model->scanner_origin;
+  model->leaves.Translate(-model->scanner_origin);
   model->range_image = ImageOf(model->leaves, pixel_deg);
 }
 

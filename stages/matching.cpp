@@ -38,7 +38,7 @@ std::vector<Eigen::Vector3d> KeypointPositions(const StationModel& model,
   std::vector<Eigen::Vector3d> positions;
   positions.reserve(features.keypoints.size());
   for (const std::uint32_t leaf : features.keypoints) {
-    positions.push_back(model.leaves[leaf].cluster.mean);
+    positions.push_back(model.leaves.Mean(leaf));
   }
   return positions;
 }

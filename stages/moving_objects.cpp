@@ -23,15 +23,15 @@ enum class Label : char { kUnknown, kMoving, kStill };
 
 /// Within this distance voxels belong together; where beams are far apart, voxels are, too.
 double ReachAt(const StationModel& model, std::size_t leaf, double voxels) {
-  const double spacing = model.leaves[leaf].cluster.mean.norm() * model.range_image.PixelAngle();
+  const double spacing = model.leaves.Mean(leaf).norm() * model.range_image.PixelAngle();
   return voxels * std::max(model.resolution_m(), spacing);
 }
 
 /// Beyond what it measured a scanner has nothing to say.
 double FarthestRange(const StationModel& model) {
   double farthest = 0.0;
-  for (const VoxelLeaf& leaf : model.leaves) {
-    farthest = std::max(farthest, leaf.cluster.mean.squaredNorm());
+  for (const Eigen::Vector3d& mean : model.leaves.means()) {
+    farthest = std::max(farthest, mean.squaredNorm());
   }
   return std::sqrt(farthest);
 }
@@ -46,7 +46,7 @@ void Hear(const PlacedSurface& own, const PlacedSurface& witness, double reach_m
   const StationModel& viewer = witness.surface.model;
   const double clearance_m = clearance * viewer.resolution_m();
   for (std::size_t i = 0; i < said->size(); ++i) {
-    const Eigen::Vector3d point = witness_from_own * own.surface.model.leaves[i].cluster.mean;
+    const Eigen::Vector3d point = witness_from_own * own.surface.model.leaves.Mean(i);
     const double range = point.norm();
     if (range > reach_m) continue;
     const RangeImage::Window window = viewer.range_image.Around(point);
@@ -80,7 +80,7 @@ std::vector<Testimony> HearAll(const std::vector<PlacedSurface>& surfaces, std::
 /// Width of the second largest extent of what the voxels hold, as if it were spread evenly.
 double WidthOf(const StationModel& model, const std::vector<std::uint32_t>& voxels) {
   PointCluster all;
-  for (const std::uint32_t voxel : voxels) all += model.leaves[voxel].cluster;
+  for (const std::uint32_t voxel : voxels) all += model.leaves.Cluster(voxel);
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(all.Covariance(),
                                                             Eigen::EigenvaluesOnly);
   return std::sqrt(12.0 * std::max(axes.eigenvalues()[1], 0.0));
@@ -97,7 +97,7 @@ std::vector<Label> LabelByTestimony(const PlacedSurface& own, const std::vector<
     if (said[i].met > said[i].past) labels[i] = Label::kStill;
     if (!is_suspect(i)) continue;
     around.clear();
-    own.index.voxels.VisitWithin(own.index.means, own.index.means[i],
+    own.index.voxels.VisitWithin(model.leaves.means(), model.leaves.Mean(i),
                                  ReachAt(model, i, options.reach),
                                  [&](std::uint32_t near, double) { around.push_back(near); });
     const auto suspects = std::count_if(around.begin(), around.end(), is_suspect);
@@ -139,9 +139,9 @@ class RegionGrowing {
   template <class Visit>
   void VisitAround(std::uint32_t leaf, Visit visit) const {
     constexpr double kStep = 2.0;  // voxels
-    const CloudIndex& index = own_.index;
-    index.voxels.VisitWithin(index.means, index.means[leaf],
-                             ReachAt(own_.surface.model, leaf, kStep), visit);
+    const StationModel& model = own_.surface.model;
+    own_.index.voxels.VisitWithin(model.leaves.means(), model.leaves.Mean(leaf),
+                                  ReachAt(model, leaf, kStep), visit);
   }
 
   /// Moving voxels, and still ones that touch the unknown region about them.
@@ -207,7 +207,7 @@ MovingLeaves Gather(const StationModel& model, const std::vector<Label>& labels)
   for (std::size_t i = 0; i < labels.size(); ++i) {
     if (labels[i] != Label::kMoving) continue;
     moving.leaves.push_back(static_cast<std::uint32_t>(i));
-    moving.points += static_cast<std::uint64_t>(model.leaves[i].cluster.count);
+    moving.points += static_cast<std::uint64_t>(model.leaves.Count(i));
   }
   return moving;
 }

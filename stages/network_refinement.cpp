@@ -41,7 +41,7 @@ class Refinement {
       clusters_.emplace_back(model->leaves);
       l_ = std::max(l_, model->resolution_m());
       double squared = 0.0;
-      for (const VoxelLeaf& leaf : model->leaves) squared += leaf.cluster.mean.squaredNorm();
+      for (const Eigen::Vector3d& mean : model->leaves.means()) squared += mean.squaredNorm();
       const auto count = static_cast<double>(std::max<std::size_t>(model->leaves.size(), 1));
       levers_m_.push_back(std::max(std::sqrt(squared / count), 1.0));
     }

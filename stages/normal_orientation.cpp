@@ -36,8 +36,8 @@ PatchSurface MakePatches(const StationModel& model) {
   std::uint64_t last_key = ~std::uint64_t{0};
   std::uint32_t last_slot = 0;  // leaves of one patch often follow each other
   surface.patch_of_leaf.reserve(model.leaves.size());
-  for (const VoxelLeaf& leaf : model.leaves) {
-    const std::uint64_t key = lattice.Key(leaf.cluster.mean);
+  for (const Eigen::Vector3d& mean : model.leaves.means()) {
+    const std::uint64_t key = lattice.Key(mean);
     if (key != last_key) {
       const auto next = static_cast<std::uint32_t>(surface.patches.size());
       const auto [slot, is_new] = slots.try_emplace(key, next);
@@ -46,7 +46,7 @@ PatchSurface MakePatches(const StationModel& model) {
       last_slot = slot->second;
     }
     Patch& patch = surface.patches[last_slot];
-    patch.position += leaf.cluster.mean;
+    patch.position += mean;
     ++patch.leaves;
     surface.patch_of_leaf.push_back(last_slot);
   }
@@ -195,7 +195,7 @@ NormalOrientation OrientNormals(const StationModel& model, const ExecutionContex
   }
   for (std::size_t i = 0; i < normals->size(); ++i) {
     Eigen::Vector3f& normal = (*normals)[i];
-    Eigen::Vector3f towards = (-model.leaves[i].cluster.mean).cast<float>();
+    Eigen::Vector3f towards = (-model.leaves.Mean(i)).cast<float>();
     if (!result.scanner_credible) {
       const Patch& patch = surface.patches[surface.patch_of_leaf[i]];
       if (!patch.normal.isZero()) towards = patch.normal.cast<float>();

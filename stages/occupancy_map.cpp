@@ -56,7 +56,7 @@ StillVoxels FindStillVoxels(const MapGrid& grid, const PlacedSurface& placed,
   for (std::uint32_t i = 0; i < leaves.size(); ++i) {
     next_moving = std::find_if(next_moving, moving.leaves.end(), [&](auto m) { return m >= i; });
     if (next_moving != moving.leaves.end() && *next_moving == i) continue;
-    const Eigen::Vector3d point = placed.frame_from_instrument * (scale * leaves[i].cluster.mean);
+    const Eigen::Vector3d point = placed.frame_from_instrument * (scale * leaves.Mean(i));
     const auto voxel = grid.VoxelAt(point.cast<float>());
     if (voxel) {
       Insert(*voxel, &still.voxels.At(*voxel >> VoxelBlocks<VoxelBits>::kVoxelBits));

@@ -11,13 +11,13 @@ CoarseOccupancy::CoarseOccupancy(const StationModel& model, int sample) {
       3.0;  // a voxel and its neighbours, as the verification counts them
   lattice_.edge_m = kCellVoxels * model.resolution_m();
   cells_.reserve(model.leaves.size());
-  for (const VoxelLeaf& leaf : model.leaves) cells_.push_back(lattice_.Key(leaf.cluster.mean));
+  for (const Eigen::Vector3d& mean : model.leaves.means()) cells_.push_back(lattice_.Key(mean));
   std::sort(cells_.begin(), cells_.end());
   cells_.erase(std::unique(cells_.begin(), cells_.end()), cells_.end());
   cells_.shrink_to_fit();
   const EvenChoice chosen(model.leaves.size(), static_cast<std::size_t>(sample));
   for (std::size_t i = 0; i < chosen.count(); ++i) {
-    sample_.push_back(model.leaves[chosen[i]].cluster.mean);
+    sample_.push_back(model.leaves.Mean(chosen[i]));
   }
 }
 

@@ -109,7 +109,7 @@ StationSketch SketchStation(const StationModel& model, const StationFeatures& fe
                    [&](std::size_t a, std::size_t b) { return rarity[a] > rarity[b]; });
   order.resize(std::min(order.size(), static_cast<std::size_t>(options.keypoints)));
   for (const std::size_t i : order) {
-    sketch.positions.push_back(model.leaves[features.keypoints[i]].cluster.mean);
+    sketch.positions.push_back(model.leaves.Mean(features.keypoints[i]));
     sketch.descriptors.push_back(features.descriptors[i]);
   }
   sketch.surface = SampleSurface(model, kViewSample);

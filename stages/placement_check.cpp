@@ -30,7 +30,7 @@ struct ComparedPair {
 double ReachOf(const StationModel& model) {
   std::vector<double> ranges;
   ranges.reserve(model.leaves.size());
-  for (const VoxelLeaf& leaf : model.leaves) ranges.push_back(leaf.cluster.mean.norm());
+  for (const Eigen::Vector3d& mean : model.leaves.means()) ranges.push_back(mean.norm());
   if (ranges.empty()) return 0.0;
   const auto place = ranges.begin() + static_cast<std::ptrdiff_t>(ranges.size() * 95 / 100);
   std::nth_element(ranges.begin(), place, ranges.end());

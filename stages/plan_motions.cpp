@@ -74,7 +74,7 @@ std::vector<Eigen::Vector3d> SampleSurface(const StationModel& model, std::size_
   std::vector<Eigen::Vector3d> surface;
   surface.reserve(chosen.count());
   for (std::size_t i = 0; i < chosen.count(); ++i) {
-    surface.push_back(model.leaves[chosen[i]].cluster.mean);
+    surface.push_back(model.leaves.Mean(chosen[i]));
   }
   return surface;
 }

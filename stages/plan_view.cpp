@@ -81,7 +81,7 @@ double PlanCellFor(const StationModel& model, const StationFeatures& features) {
   std::vector<double> reach_m;
   for (std::size_t i = 0; i < model.leaves.size(); ++i) {
     if (!IsUpright(features.normals[i])) continue;
-    reach_m.push_back(model.leaves[i].cluster.mean.head<2>().lpNorm<Eigen::Infinity>());
+    reach_m.push_back(model.leaves.Mean(i).head<2>().lpNorm<Eigen::Infinity>());
   }
   double cell_m = kFinest * model.resolution_m();
   if (reach_m.empty()) return cell_m;
@@ -112,7 +112,7 @@ void PlanView::FindWalls(const StationModel& model, const StationFeatures& featu
   for (std::size_t i = 0; i < model.leaves.size(); ++i) {
     const Eigen::Vector3f& normal = features.normals[i];
     if (!IsUpright(normal)) continue;
-    const Eigen::Vector2d position = model.leaves[i].cluster.mean.head<2>();
+    const Eigen::Vector2d position = model.leaves.Mean(i).head<2>();
     const Eigen::Vector2d facing = normal.head<2>().cast<double>();
     const int sector = FacingSector(std::atan2(facing.y(), facing.x()));
     Pile& pile = piles[{CellOf(position.y()), CellOf(position.x()), sector}];
@@ -128,12 +128,12 @@ void PlanView::FindWalls(const StationModel& model, const StationFeatures& featu
 
 void PlanView::FindGround(const StationModel& model) {
   ground_m_.assign(std::size_t{kCells} * kCells, std::numeric_limits<float>::quiet_NaN());
-  for (const VoxelLeaf& leaf : model.leaves) {
-    const int x = CellOf(leaf.cluster.mean.x());
-    const int y = CellOf(leaf.cluster.mean.y());
+  for (const Eigen::Vector3d& mean : model.leaves.means()) {
+    const int x = CellOf(mean.x());
+    const int y = CellOf(mean.y());
     if (!PlanField::Contains(x, y)) continue;
     float& lowest = ground_m_[Slot(x, y)];
-    lowest = std::fmin(lowest, static_cast<float>(leaf.cluster.mean.z()));
+    lowest = std::fmin(lowest, static_cast<float>(mean.z()));
   }
 }
 

@@ -28,9 +28,10 @@ std::vector<PointCluster> NearStructures(const StationModel& model,
   }
   std::sort(active.begin(), active.end());
   std::vector<PointCluster> clusters;
-  for (const VoxelLeaf& leaf : model.leaves) {
-    const std::uint64_t key = lattice.Key(target_from_clusters * leaf.cluster.mean);
-    if (std::binary_search(active.begin(), active.end(), key)) clusters.push_back(leaf.cluster);
+  for (std::size_t i = 0; i < model.leaves.size(); ++i) {
+    const std::uint64_t key = lattice.Key(target_from_clusters * model.leaves.Mean(i));
+    if (!std::binary_search(active.begin(), active.end(), key)) continue;
+    clusters.push_back(model.leaves.Cluster(i));
   }
   return clusters;
 }
@@ -64,7 +65,7 @@ class PlaneSources {
                                radius_m);
       tree_ = MakeTree(input.target, target_, options);
     } else if (input.target_planes == nullptr) {
-      tree_ = MakePlaneTree(input.target, input.target_index.means, options);
+      tree_ = MakePlaneTree(input.target, options);
     }
     is_micro_ = is_micro;
   }
@@ -82,9 +83,8 @@ class PlaneSources {
 
 }  // namespace
 
-PlaneTree MakePlaneTree(const Surface& target, const std::vector<Eigen::Vector3d>& means,
-                        const FineOptions& options) {
-  return MakeTree(target, {target.model.leaves, means}, options);
+PlaneTree MakePlaneTree(const Surface& target, const FineOptions& options) {
+  return MakeTree(target, target.model.leaves, options);
 }
 
 PlaneRounds AdjustOnPlanes(const FineInput& input, const FineOptions& options,

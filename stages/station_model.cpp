@@ -2,9 +2,9 @@
 
 namespace backsight {
 
-RangeImage ImageOf(const std::vector<VoxelLeaf>& leaves, double pixel_deg) {
+RangeImage ImageOf(const VoxelLeaves& leaves, double pixel_deg) {
   RangeImage image(Eigen::Vector3d::Zero(), pixel_deg);
-  for (const VoxelLeaf& leaf : leaves) image.Add(leaf.cluster.mean);
+  for (const Eigen::Vector3d& mean : leaves.means()) image.Add(mean);
   return image;
 }
 

@@ -28,9 +28,9 @@ struct StationModel {
   std::string id;
   Eigen::Vector3d scanner_origin = Eigen::Vector3d::Zero();  ///< instrument, station frame, metres
   ScannerPlace scanner_place = ScannerPlace::kAssumed;       ///< how far scanner_origin counts
-  VoxelLattice lattice;           ///< instrument frame; its edge is the resolution l
-  std::vector<VoxelLeaf> leaves;  ///< sorted by key; the cluster's mean is the representative point
-  RangeImage range_image;         ///< instrument frame
+  VoxelLattice lattice;    ///< instrument frame; its edge is the resolution l
+  VoxelLeaves leaves;      ///< sorted by key; the cluster's mean is the representative point
+  RangeImage range_image;  ///< instrument frame
   Eigen::Vector3d min = Eigen::Vector3d::Zero();  ///< bounds of all raw points, station frame
   Eigen::Vector3d max = Eigen::Vector3d::Zero();
   std::uint64_t points = 0;
@@ -42,7 +42,7 @@ struct StationModel {
 };
 
 /// What a scanner at the origin saw of the leaves: of pixels as large as `pixel_deg`.
-RangeImage ImageOf(const std::vector<VoxelLeaf>& leaves, double pixel_deg);
+RangeImage ImageOf(const VoxelLeaves& leaves, double pixel_deg);
 
 /// Fast point feature histogram: three blocks of 11 bins, each block sums to 100.
 using FpfhDescriptor = std::array<float, 33>;

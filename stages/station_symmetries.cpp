@@ -39,9 +39,9 @@ struct Scored {
 class SymmetryList {
  public:
   SymmetryList(const Surface& surface, const CloudIndex& index) : surface_(surface), index_(index) {
-    for (const std::uint32_t leaf : index.sample.leaves) {
-      center_ += index.means[leaf] / static_cast<double>(index.sample.leaves.size());
-    }
+    const std::vector<Eigen::Vector3d>& points = index.sample.points;
+    for (const Eigen::Vector3d& point : points)
+      center_ += point / static_cast<double>(points.size());
   }
 
   void Offer(const RigidTransform& motion) {

@@ -27,7 +27,7 @@ Facets FacetsOf(const Surface& surface, const CloudIndex& index) {
   Facets facets;
   for (const std::uint32_t leaf : index.sample.leaves) {
     if (!surface.normals[leaf].allFinite()) continue;
-    facets.positions.push_back(index.means[leaf]);
+    facets.positions.push_back(surface.model.leaves.Mean(leaf));
     facets.normals.push_back(surface.normals[leaf].cast<double>());
   }
   return facets;

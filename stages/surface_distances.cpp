@@ -27,8 +27,8 @@ struct CloudCells {
 CloudCells FindCells(const PlacedCloud& cloud) {
   const VoxelLattice grid{kCellM, Eigen::Vector3d::Zero()};
   CloudCells cells;
-  for (const VoxelLeaf& leaf : cloud.surface.model.leaves) {
-    cells.of_leaf.push_back(grid.Key(cloud.frame_from_instrument * leaf.cluster.mean));
+  for (const Eigen::Vector3d& mean : cloud.surface.model.leaves.means()) {
+    cells.of_leaf.push_back(grid.Key(cloud.frame_from_instrument * mean));
   }
   cells.occupied = cells.of_leaf;
   std::sort(cells.occupied.begin(), cells.occupied.end());
@@ -53,8 +53,8 @@ std::optional<DistanceSample> Measure(const PlacedCloud& from, const PlacedCloud
                                       std::size_t leaf, double search_m) {
   const RigidTransform to_from_from =
       to.frame_from_instrument.Inverse() * from.frame_from_instrument;
-  const Eigen::Vector3d voxel = to_from_from * from.surface.model.leaves[leaf].cluster.mean;
-  const auto nearest = to.index.voxels.Nearest(to.index.means, voxel, search_m);
+  const Eigen::Vector3d voxel = to_from_from * from.surface.model.leaves.Mean(leaf);
+  const auto nearest = to.index.voxels.Nearest(to.surface.model.leaves.means(), voxel, search_m);
   if (!nearest) return std::nullopt;
   const auto patch = FindPatch(from.surface.model, from.index, leaf);
   if (!patch) return std::nullopt;

@@ -13,7 +13,7 @@ constexpr double kMostThickness = 1.0 / 8;  // rms, in voxel edges; 0.29 in a vo
 std::optional<Eigen::Vector3d> CredibleNormal(const Surface& surface, std::size_t leaf) {
   const Eigen::Vector3d normal = surface.normals[leaf].cast<double>();
   if (!normal.allFinite()) return std::nullopt;
-  const double variance = normal.dot(surface.model.leaves[leaf].cluster.Covariance() * normal);
+  const double variance = normal.dot(surface.model.leaves.Cluster(leaf).Covariance() * normal);
   const double most = kMostThickness * surface.model.resolution_m();
   if (variance > most * most) return std::nullopt;
   return normal;
@@ -26,17 +26,16 @@ void SurfaceIncidence::FindLeaf(std::uint64_t key) {
   BACKSIGHT_CHECK(leaves.size() == surface_.normals.size(), "a normal per voxel");
   key_ = key;
   normal_.reset();
-  const auto is_at = [&](std::size_t i) { return i < leaves.size() && leaves[i].key == key; };
+  const auto is_at = [&](std::size_t i) { return i < leaves.size() && leaves.Key(i) == key; };
   // Voxels one above the other have successive keys, and most scans are made of columns.
   if (is_at(leaf_ + 1)) {
     ++leaf_;
   } else if (leaf_ > 0 && is_at(leaf_ - 1)) {
     --leaf_;
   } else if (!is_at(leaf_)) {
-    const auto found =
-        std::lower_bound(leaves.begin(), leaves.end(), key,
-                         [](const VoxelLeaf& leaf, std::uint64_t k) { return leaf.key < k; });
-    leaf_ = static_cast<std::size_t>(found - leaves.begin());
+    const auto keys = leaves.keys();
+    leaf_ =
+        static_cast<std::size_t>(std::lower_bound(keys.begin(), keys.end(), key) - keys.begin());
   }
   if (is_at(leaf_)) normal_ = CredibleNormal(surface_, leaf_);
 }

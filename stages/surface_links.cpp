@@ -47,9 +47,9 @@ SurfaceMatcher::SurfaceMatcher(std::span<const StationModel* const> stations,
     for (std::size_t i = 0; i < stations[s]->leaves.size(); ++i) {
       const Eigen::Vector3f& normal = (*normals[s])[i];
       if (!normal.allFinite() || covered(s, i)) continue;
-      voxels.means.push_back(stations[s]->leaves[i].cluster.mean);
+      voxels.means.push_back(stations[s]->leaves.Mean(i));
       voxels.normals.push_back(normal);
-      keys.push_back(stations[s]->leaves[i].key);
+      keys.push_back(stations[s]->leaves.Key(i));
     }
     voxels.index = std::make_unique<VoxelIndex>(stations[s]->lattice, keys);
   });

@@ -60,7 +60,7 @@ SurfacePairs::SurfacePairs(const Surface& source, const Surface& target,
   answers_.resize(count_);
   std::iota(uncertain_.begin(), uncertain_.end(), 0U);
   for (std::size_t i = 0; i < count_; ++i) {
-    Put(source.model.leaves[chosen[i]].cluster.mean, i, &point_);
+    Put(source.model.leaves.Mean(chosen[i]), i, &point_);
     Put(source.normals[chosen[i]].cast<double>(), i, &normal_);
   }
 }
@@ -76,7 +76,7 @@ void SurfacePairs::AskAgain(const RigidTransform& target_from_source, std::size_
   for (std::size_t n = 0; n < count; ++n) {
     const std::size_t i = uncertain_[n];
     const Eigen::Vector3d moved = target_from_source * Get(point_, i);
-    const auto nearest = index_.voxels.Nearest(index_.means, moved, wide_m);
+    const auto nearest = index_.voxels.Nearest(target_.model.leaves.means(), moved, wide_m);
     Put(moved, i, &asked_);
     others_[i] = nearest ? std::sqrt(nearest->others_squared_m2) : wide_m;
     answers_[n] = nearest ? nearest->voxel : kNone;
@@ -85,7 +85,7 @@ void SurfacePairs::AskAgain(const RigidTransform& target_from_source, std::size_
   for (std::size_t n = 0; n < count; ++n) {
     const bool is_some = answers_[n] != kNone;
     const Eigen::Vector3d none = Eigen::Vector3d::Constant(kNaN);
-    Put(is_some ? index_.means[answers_[n]] : none, uncertain_[n], &fixed_);
+    Put(is_some ? target_.model.leaves.Mean(answers_[n]) : none, uncertain_[n], &fixed_);
     Put(is_some ? Eigen::Vector3d(target_.normals[answers_[n]].cast<double>()) : none,
         uncertain_[n], &fixed_normal_);
   }

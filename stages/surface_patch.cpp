@@ -30,8 +30,8 @@ std::optional<SurfacePatch> FindPatch(const StationModel& model, const CloudInde
   ClusterSum sum;
   const double radius_m = kRadius * model.resolution_m();
   index.voxels.VisitWithin(
-      index.means, index.means[leaf], radius_m,
-      [&](std::uint32_t near, double) { sum.Add(model.leaves[near].cluster); });
+      model.leaves.means(), model.leaves.Mean(leaf), radius_m,
+      [&](std::uint32_t near, double) { sum.Add(model.leaves.Cluster(near)); });
   return PatchOf(sum.Sum(), model.resolution_m());
 }
 

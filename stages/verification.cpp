@@ -40,10 +40,8 @@ void MeasureClouds(const VerificationInput& input, VerificationResult* result) {
 void MeasureChange(const VerificationInput& input, VerificationResult* result) {
   const RigidTransform& motion = input.fine.target_from_source;
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
-  for (const std::uint32_t leaf : input.source_index.sample.leaves) {
-    center += input.source_index.means[leaf] /
-              static_cast<double>(input.source_index.sample.leaves.size());
-  }
+  const std::vector<Eigen::Vector3d>& points = input.source_index.sample.points;
+  for (const Eigen::Vector3d& point : points) center += point / static_cast<double>(points.size());
   result->apart_m =
       (motion * input.source.model.range_image.origin() - input.target.model.range_image.origin())
           .norm();

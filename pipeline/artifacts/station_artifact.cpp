@@ -5,16 +5,6 @@
 namespace backsight {
 
 template <class Archive>
-void Transfer(Archive& archive, PointCluster& cluster) {
-  archive(cluster.count, cluster.mean, cluster.scatter);
-}
-
-template <class Archive>
-void Transfer(Archive& archive, VoxelLeaf& leaf) {
-  archive(leaf.key, leaf.cluster);
-}
-
-template <class Archive>
 void Transfer(Archive& archive, VoxelLattice& lattice) {
   archive(lattice.edge_m, lattice.origin);
 }

@@ -71,8 +71,7 @@ IssParameters DefaultIss() {
 }
 
 /// Count, mean and scatter matrix of the points in every voxel, as scans are read: chunk by chunk.
-std::vector<VoxelLeaf> Gather(std::span<const Eigen::Vector3d> points,
-                              const ExecutionContext& context) {
+VoxelLeaves Gather(std::span<const Eigen::Vector3d> points, const ExecutionContext& context) {
   constexpr std::size_t kChunk = 65536;
   const VoxelLattice lattice{.edge_m = kResolution};
   VoxelShards shards(lattice);

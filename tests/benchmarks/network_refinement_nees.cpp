@@ -104,8 +104,8 @@ double RunOne(const std::string& path, std::uint64_t seed, const ExecutionContex
   for (const StationModel& model : models) {
     const double radius_m = 3.0 * model.resolution_m();
     std::vector<Eigen::Vector3f> positions;
-    for (const VoxelLeaf& leaf : model.leaves) {
-      positions.push_back(leaf.cluster.mean.cast<float>());
+    for (const Eigen::Vector3d& mean : model.leaves.means()) {
+      positions.push_back(mean.cast<float>());
     }
     normals.push_back(EstimateNormals(LeafGrid(positions, radius_m), radius_m, context));
     OrientNormals(model, context, &normals.back());

@@ -25,7 +25,7 @@ FineInput FineInputOf(const FacadePair& p, const RigidTransform& motion,
                       const Matrix6d& information) {
   FineInput input{
       p.source->surface(), p.target->surface(), *p.target->index, motion, information, {}};
-  input.target_planes = &p.target->prepared.Planes(p.target->surface(), *p.target->index, {});
+  input.target_planes = &p.target->prepared.Planes(p.target->surface(), {});
   input.source_surfaces = &p.source->prepared.Surfaces(p.source->surface());
   return input;
 }
@@ -80,23 +80,23 @@ void BM_FineWithoutSurfaces(benchmark::State& state) {
 /// What the pairs of a station share, once for all of them.
 void BM_FineOncePerStation(benchmark::State& state) {
   OverPairs(state, [](const FacadePair& p) {
-    benchmark::DoNotOptimize(MakePlaneTree(p.target->surface(), p.target->index->means, {}));
+    benchmark::DoNotOptimize(MakePlaneTree(p.target->surface(), {}));
     benchmark::DoNotOptimize(ChooseSurfaces(p.target->surface().normals, kRefinedSurfaces));
   });
 }
 
 void BM_GicpPcl(benchmark::State& state) {
   OverPairs(state, [](const FacadePair& p) {
-    benchmark::DoNotOptimize(
-        PclGicp(p.source->index->means, p.target->index->means, p.coarse, 2.0 * kResolution));
+    benchmark::DoNotOptimize(PclGicp(p.source->model.leaves.means(), p.target->model.leaves.means(),
+                                     p.coarse, 2.0 * kResolution));
   });
 }
 
 void BM_PointToPlanePcl(benchmark::State& state) {
   OverPairs(state, [](const FacadePair& p) {
-    benchmark::DoNotOptimize(PclPointToPlane(p.source->index->means, p.target->index->means,
-                                             p.target->features.normals, p.coarse,
-                                             2.0 * kResolution));
+    benchmark::DoNotOptimize(
+        PclPointToPlane(p.source->model.leaves.means(), p.target->model.leaves.means(),
+                        p.target->features.normals, p.coarse, 2.0 * kResolution));
   });
 }
 

@@ -24,10 +24,9 @@ std::vector<Eigen::Vector3d> ScanPoints(std::size_t n) {
   return points;
 }
 
-bool SameBits(const VoxelLeaf& a, const VoxelLeaf& b) {
-  return a.key == b.key && a.cluster.count == b.cluster.count &&
-         std::memcmp(a.cluster.mean.data(), b.cluster.mean.data(), 3 * sizeof(double)) == 0 &&
-         std::memcmp(a.cluster.scatter.data(), b.cluster.scatter.data(), 9 * sizeof(double)) == 0;
+bool SameBits(const PointCluster& a, const PointCluster& b) {
+  return a.count == b.count && std::memcmp(a.mean.data(), b.mean.data(), 3 * sizeof(double)) == 0 &&
+         std::memcmp(a.scatter.data(), b.scatter.data(), 9 * sizeof(double)) == 0;
 }
 
 TEST(VoxelShards, HaveTheBitsOfOneClustererForAnyThreadsAndBatches) {
@@ -35,7 +34,7 @@ TEST(VoxelShards, HaveTheBitsOfOneClustererForAnyThreadsAndBatches) {
   const auto points = ScanPoints(100000);
   VoxelClusterer clusterer(lattice);
   for (const auto& point : points) clusterer.Add(point);
-  const std::vector<VoxelLeaf> expected = clusterer.Finish();
+  const VoxelLeaves expected = clusterer.Finish();
   EXPECT_GT(expected.size(), 5000U);
   for (const int threads : {1, 2, 7}) {
     const ExecutionContext context(threads);
@@ -50,10 +49,12 @@ TEST(VoxelShards, HaveTheBitsOfOneClustererForAnyThreadsAndBatches) {
         batch.Sort();
         shards.Add(batch, context);
       }
-      const std::vector<VoxelLeaf> leaves = shards.Finish();
+      const VoxelLeaves leaves = shards.Finish();
       ASSERT_EQ(leaves.size(), expected.size());
       for (std::size_t i = 0; i < leaves.size(); ++i) {
-        ASSERT_TRUE(SameBits(leaves[i], expected[i])) << threads << " threads, leaf " << i;
+        ASSERT_EQ(leaves.Key(i), expected.Key(i));
+        ASSERT_TRUE(SameBits(leaves.Cluster(i), expected.Cluster(i)))
+            << threads << " threads, leaf " << i;
       }
     }
   }

@@ -301,10 +301,10 @@ TEST(FindPlanes, FindsWhatANaiveSearchFinds) {
 
 TEST(FindPlanes, VoxelLeavesAndThreadsChangeNothing) {
   const Seen room = MakeRoom(10, 4);
-  std::vector<std::vector<VoxelLeaf>> leaves;
+  std::vector<VoxelLeaves> leaves;
   for (const auto& clusters : room.clusters) {
     leaves.emplace_back();
-    for (const PointCluster& cluster : clusters) leaves.back().push_back({0, cluster});
+    for (const PointCluster& cluster : clusters) leaves.back().Add(0, cluster);
   }
   const std::vector<ClusterList> lists(leaves.begin(), leaves.end());
   const ExecutionContext four(4);

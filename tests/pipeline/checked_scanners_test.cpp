@@ -30,7 +30,7 @@ HallStations MakeHall(std::uint64_t seed) {
   const Eigen::Vector3d elsewhere =
       hall.world_from_station[kMoved].rotation.transpose() * Eigen::Vector3d(-12.0, 1.0, 0.0);
   std::vector<Eigen::Vector3d> points;
-  for (const VoxelLeaf& leaf : moved.model.leaves) points.push_back(leaf.cluster.mean - elsewhere);
+  for (const Eigen::Vector3d& mean : moved.model.leaves.means()) points.push_back(mean - elsewhere);
   moved.model = MakeSeenStation(points, moved.model.resolution_m());
   moved.features = ComputeFeatures(moved.model, {}, ExecutionContext(1));
   moved.features.scanner_credible = true;  // as where surfaces happen to face that place

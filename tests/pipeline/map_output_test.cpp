@@ -58,8 +58,8 @@ class MapOutputTest : public ::testing::Test {
     const auto& map = dynamic_cast<const octomap::OcTree&>(*file);
     double occupied = 0.0;
     const auto& leaves = stations_[0].model.leaves;
-    for (const VoxelLeaf& leaf : leaves) {
-      const Eigen::Vector3f p = (frame_from_station * leaf.cluster.mean).cast<float>();
+    for (const Eigen::Vector3d& mean : leaves.means()) {
+      const Eigen::Vector3f p = (frame_from_station * mean).cast<float>();
       const octomap::OcTreeNode* node = map.search(octomap::point3d(p.x(), p.y(), p.z()));
       occupied += node != nullptr && map.isNodeOccupied(node) ? 1.0 : 0.0;
     }

@@ -22,8 +22,7 @@ namespace {
 /// Bends floor and walls, so that no motion lays them on those of a plain yard.
 StationModel Bent(const StationModel& yard) {
   std::vector<Eigen::Vector3d> points;
-  for (const VoxelLeaf& leaf : yard.leaves) {
-    const Eigen::Vector3d& p = leaf.cluster.mean;
+  for (const Eigen::Vector3d& p : yard.leaves.means()) {
     points.emplace_back(p.x() + 0.5 * std::sin(1.7 * p.z() + 1.1 * p.y()),
                         p.y() + 0.5 * std::sin(1.9 * p.z() + 1.4 * p.x()),
                         p.z() + 0.6 * std::sin(1.3 * p.x()) * std::sin(1.6 * p.y()));
@@ -53,7 +52,7 @@ struct Yards {
                                 {random.Uniform(-2.0, 2.0), random.Uniform(-2.0, 2.0), 0.03 * s}};
       std::vector<Eigen::Vector3d> points;
       const RigidTransform inverse = pose.Inverse();
-      for (const VoxelLeaf& leaf : yard.leaves) points.push_back(inverse * leaf.cluster.mean);
+      for (const Eigen::Vector3d& mean : yard.leaves.means()) points.push_back(inverse * mean);
       Station& station = stations.emplace_back();
       station.spec.id = "S" + std::to_string(s + 1);
       station.model = MakeStation(points, yard.resolution_m());

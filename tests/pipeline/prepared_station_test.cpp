@@ -15,14 +15,14 @@ TEST(PreparedStation, MakesEverythingOnceAndAnewInACopy) {
   const HallScene scene(1, {});
   const HallStation station(scene, {-5.0, -2.5, 1.6}, 10);
   const PreparedStation prepared;
-  const PlaneTree& planes = prepared.Planes(station.surface(), station.index, {});
+  const PlaneTree& planes = prepared.Planes(station.surface(), {});
   EXPECT_GT(planes.roots(), 10U);
-  EXPECT_EQ(&prepared.Planes(station.surface(), station.index, {}), &planes);
+  EXPECT_EQ(&prepared.Planes(station.surface(), {}), &planes);
   FineOptions coarser;
   coarser.root_edge *= 2.0;
-  const PlaneTree& others = prepared.Planes(station.surface(), station.index, coarser);
+  const PlaneTree& others = prepared.Planes(station.surface(), coarser);
   EXPECT_LT(others.roots(), planes.roots());
-  EXPECT_EQ(&prepared.Planes(station.surface(), station.index, {}), &planes);
+  EXPECT_EQ(&prepared.Planes(station.surface(), {}), &planes);
 
   const std::vector<std::uint32_t>& surfaces = prepared.Surfaces(station.surface());
   EXPECT_EQ(surfaces, ChooseSurfaces(station.features.normals, kRefinedSurfaces));
@@ -35,7 +35,7 @@ TEST(PreparedStation, MakesEverythingOnceAndAnewInACopy) {
   EXPECT_EQ(prepared.Plan(station.model, station.features, 2.0 * cell_m).cell_m(), 2.0 * cell_m);
 
   const PreparedStation copy = prepared;
-  EXPECT_NE(&copy.Planes(station.surface(), station.index, {}), &planes);
+  EXPECT_NE(&copy.Planes(station.surface(), {}), &planes);
 }
 
 }  // namespace

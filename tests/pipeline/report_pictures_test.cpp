@@ -21,11 +21,8 @@ Station Floor(double edge_m, double length_m, double width_m) {
   station.model.lattice.edge_m = edge_m;
   for (double x = 0.0; x < length_m; x += edge_m) {
     for (double y = 0.0; y < width_m; y += edge_m) {
-      VoxelLeaf leaf;
-      leaf.cluster.count = 40.0;
-      leaf.cluster.mean = {x, y, 0.0};
-      leaf.cluster.scatter = Eigen::Vector3d(0.03, 0.03, 1e-6).asDiagonal();
-      station.model.leaves.push_back(leaf);
+      const Eigen::Matrix3d scatter = Eigen::Vector3d(0.03, 0.03, 1e-6).asDiagonal();
+      station.model.leaves.Add(0, {40.0, {x, y, 0.0}, scatter});
     }
   }
   station.index = std::make_shared<CloudIndex>(station.model);

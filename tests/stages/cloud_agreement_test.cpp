@@ -25,7 +25,7 @@ Counts CountBlock(const Surface& moved, const CloudSample& sample, std::size_t b
   const Eigen::Matrix3f rotation = motion.rotation.cast<float>();
   for (std::uint32_t k = sample.begins[block]; k < sample.begins[block + 1]; ++k) {
     const std::uint32_t leaf = sample.leaves[k];
-    const Eigen::Vector3d point = motion * moved.model.leaves[leaf].cluster.mean;
+    const Eigen::Vector3d point = motion * moved.model.leaves.Mean(leaf);
     const Eigen::Vector3f normal = rotation * moved.normals[leaf];
     bool met = false;
     double score = 0.0;
@@ -39,7 +39,7 @@ Counts CountBlock(const Surface& moved, const CloudSample& sample, std::size_t b
       if (n.dot(normal) < 0.0F) continue;
       met = true;
       if (!(n.dot(normal) > 0.8F)) continue;
-      const Eigen::Vector3d& mean = reference.model.leaves[place->second].cluster.mean;
+      const Eigen::Vector3d& mean = reference.model.leaves.Mean(place->second);
       const double distance = n.cast<double>().dot(point - mean) / tolerance_m;
       score = std::max(score, 1.0 - distance * distance);
     }
@@ -65,7 +65,7 @@ TEST_F(CloudAgreementTest, EqualsTheComparisonOfEveryLeaf) {
   const Surface reference = first_.surface();
   std::map<std::uint64_t, std::size_t> leaf_of;
   for (std::size_t i = 0; i < reference.model.leaves.size(); ++i) {
-    leaf_of[reference.model.leaves[i].key] = i;
+    leaf_of[reference.model.leaves.Key(i)] = i;
   }
   const CloudSample sample = SampleCloud(moved.model, 6000);
   constexpr double kTolerance = 0.2;

@@ -246,8 +246,9 @@ TEST_P(FeaturesOfYard, DoNotDependOnTheNumberOfThreads) {
 /// Moves the voxels' means as they are, so that index i is the same piece of surface.
 StationModel Moved(StationModel model, const Eigen::Matrix3d& rotation,
                    const Eigen::Vector3d& translation) {
-  for (VoxelLeaf& leaf : model.leaves) {
-    leaf.cluster = Transformed(rotation, translation, leaf.cluster);
+  const VoxelLeaves leaves = std::exchange(model.leaves, {});
+  for (std::size_t i = 0; i < leaves.size(); ++i) {
+    model.leaves.Add(leaves.Key(i), Transformed(rotation, translation, leaves.Cluster(i)));
   }
   return model;
 }

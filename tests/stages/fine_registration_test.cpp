@@ -57,7 +57,7 @@ TEST(FineRegistration, RefinesOnPlanesToTheMillimetre) {
 TEST(FineRegistration, WhatIsMadeBeforehandChangesNothing) {
   const PairOfScans pair(2);
   const RigidTransform start = Disturbed(2, pair.truth);
-  const PlaneTree planes = MakePlaneTree(pair.target.surface(), pair.target.index.means, {});
+  const PlaneTree planes = MakePlaneTree(pair.target.surface(), {});
   FineInput input{pair.source.surface(), pair.target.surface(),
                   pair.target.index,     start,
                   CoarseInformation(),   {}};

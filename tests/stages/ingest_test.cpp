@@ -110,7 +110,7 @@ TEST(Ingest, HasTheBitsOfOnePointAfterTheOtherForAnyThreads) {
         ++points;
       }
     }
-    const std::vector<VoxelLeaf> expected = clusterer.Finish();
+    const VoxelLeaves expected = clusterer.Finish();
     for (const int threads : {1, 2, 6}) {
       ChunkedScan scan(chunks);
       const IngestResult result =
@@ -119,11 +119,11 @@ TEST(Ingest, HasTheBitsOfOnePointAfterTheOtherForAnyThreads) {
       EXPECT_GT(result.out_of_range, 0U);
       ASSERT_EQ(result.model.leaves.size(), expected.size());
       for (std::size_t i = 0; i < expected.size(); ++i) {
-        const PointCluster& found = result.model.leaves[i].cluster;
-        ASSERT_EQ(result.model.leaves[i].key, expected[i].key);
-        ASSERT_EQ(found.count, expected[i].cluster.count);
-        ASSERT_EQ(found.mean, Eigen::Vector3d(expected[i].cluster.mean - center));
-        ASSERT_EQ(found.scatter, expected[i].cluster.scatter);
+        const PointCluster found = result.model.leaves.Cluster(i);
+        ASSERT_EQ(result.model.leaves.Key(i), expected.Key(i));
+        ASSERT_EQ(found.count, expected.Count(i));
+        ASSERT_EQ(found.mean, Eigen::Vector3d(expected.Mean(i) - center));
+        ASSERT_EQ(found.scatter, expected.Cluster(i).scatter);
       }
     }
   }
@@ -149,10 +149,10 @@ TEST(Ingest, LeavesAndRangesAreInTheInstrumentsFrame) {
   EXPECT_EQ(result.model.scanner_origin, scanner);
   EXPECT_EQ(result.model.scanner_place, ScannerPlace::kGiven);
   EXPECT_EQ(result.model.points + result.out_of_range, result.tally.points);
-  for (const VoxelLeaf& leaf : result.model.leaves) {
-    const Eigen::Array3d outside = leaf.cluster.mean.array().abs() - Eigen::Array3d(6.0, 4.0, 1.5);
+  for (const Eigen::Vector3d& mean : result.model.leaves.means()) {
+    const Eigen::Array3d outside = mean.array().abs() - Eigen::Array3d(6.0, 4.0, 1.5);
     EXPECT_LT(outside.maxCoeff(), 1e-6);
-    EXPECT_LT(result.model.range_image.Around(leaf.cluster.mean).gap_m, 0.5);
+    EXPECT_LT(result.model.range_image.Around(mean).gap_m, 0.5);
   }
 }
 

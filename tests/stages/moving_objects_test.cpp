@@ -23,7 +23,7 @@ Counts Count(const ScannedCampaign& campaign, const std::vector<MovingLeaves>& f
   for (std::size_t s = 0; s < campaign.stations.size(); ++s) {
     const auto& [scan, model, features, index] = campaign.stations[s];
     std::vector<std::uint64_t> keys;
-    for (const std::uint32_t leaf : found[s].leaves) keys.push_back(model.leaves[leaf].key);
+    for (const std::uint32_t leaf : found[s].leaves) keys.push_back(model.leaves.Key(leaf));
     for (std::size_t i = 0; i < scan.grid.size(); ++i) {
       const Eigen::Vector3d point(scan.grid.x[i], scan.grid.y[i], scan.grid.z[i]);
       if (point.isZero(0.0)) continue;
@@ -123,14 +123,14 @@ TEST(MovingObjects, ThinPolesStandStill) {
     const RigidTransform& survey_from_station = campaign.survey_from_station[s];
     for (std::uint32_t i = 0; i < model.leaves.size(); ++i) {
       const Eigen::Vector3d world =
-          campaign.world_from_survey * (survey_from_station * model.leaves[i].cluster.mean);
+          campaign.world_from_survey * (survey_from_station * model.leaves.Mean(i));
       const bool on_pole = std::any_of(
           scene.poles.end() - 24, scene.poles.end(),
           [&](const Pole& pole) { return (pole.position_m - world.head<2>()).norm() < 0.06; });
       if (!on_pole || world.z() < campaign.ground.Height(world.head<2>()) + 0.2) continue;
-      points += model.leaves[i].cluster.count;
+      points += model.leaves.Count(i);
       const bool is_marked = std::binary_search(found[s].leaves.begin(), found[s].leaves.end(), i);
-      marked += is_marked ? model.leaves[i].cluster.count : 0.0;
+      marked += is_marked ? model.leaves.Count(i) : 0.0;
     }
   }
   fmt::print("thin poles: {:.0f} points, {:.2f} % marked\n", points, 100.0 * marked / points);

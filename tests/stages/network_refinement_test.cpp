@@ -119,7 +119,7 @@ TEST(RefineNetwork, TooFewPlanesLeaveThePosesAlone) {
   }
 
   PlateCampaign empty = MakePlateCampaign(5, {.stations = 2});
-  for (StationModel& model : empty.models) model.leaves.clear();
+  for (StationModel& model : empty.models) model.leaves = {};
   const NetworkRefinementResult nothing = Refine(empty);
   EXPECT_EQ(nothing.status, Status::kTooFewPlanes);
   EXPECT_TRUE(nothing.covariance.allFinite());
@@ -145,7 +145,7 @@ TEST(RefineNetwork, AShiftedStationIsNotDraggedAndSpoilsNoOther) {
 
 TEST(RefineNetwork, AStationWithoutPlanesKeepsWhatItsLinksSay) {
   PlateCampaign campaign = MakePlateCampaign(7, {.stations = 4});
-  campaign.models[3].leaves.clear();
+  campaign.models[3].leaves = {};
   const NetworkRefinementResult result = Refine(campaign);
   ASSERT_EQ(result.status, Status::kRefined) << static_cast<int>(result.reason);
   EXPECT_EQ(result.planes_of_station[3], 0);
@@ -158,7 +158,7 @@ TEST(RefineNetwork, AStationWithoutPlanesKeepsWhatItsLinksSay) {
 
 TEST(RefineNetwork, LevelsHoldTheTiltWhereNoPlaneDoes) {
   PlateCampaign campaign = MakePlateCampaign(8, {.stations = 3, .tilt_rad = 0.0});
-  campaign.models[2].leaves.clear();
+  campaign.models[2].leaves = {};
   const auto tilt_sigma = [&](double level_rad) {
     campaign.input.level_sigma_rad.assign(3, std::nullopt);
     if (level_rad > 0.0) campaign.input.level_sigma_rad = {level_rad, level_rad, level_rad};

@@ -96,7 +96,7 @@ TEST(RefineNetworkRefuses, WhatNothingDetermines) {
   for (const bool linked : {false, true}) {
     PlateCampaign campaign = MakePlateCampaign(3, {});
     // Its links, if any, hold nothing.
-    campaign.models[3].leaves.clear();
+    campaign.models[3].leaves = {};
     if (!linked) {
       std::erase_if(campaign.input.links,
                     [](const PoseGraphLink& link) { return link.source == 3; });
@@ -113,7 +113,7 @@ TEST(RefineNetworkRefuses, WhatNothingDetermines) {
 
 TEST(RefineNetworkRefuses, APoseThatIsNotFinite) {
   PlateCampaign campaign = MakePlateCampaign(4, {});
-  campaign.models[3].leaves.clear();
+  campaign.models[3].leaves = {};
   campaign.input.survey_from_station[3].translation.x() = std::numeric_limits<double>::quiet_NaN();
   const NetworkRefinementResult result = Refine(campaign);
   EXPECT_EQ(result.status, Status::kKeptPoseGraph);

@@ -39,8 +39,8 @@ struct PipeCampaign {
     for (const StationModel& model : plates.models) {
       std::vector<Eigen::Vector3f> positions;
       positions.reserve(model.leaves.size());
-      for (const VoxelLeaf& leaf : model.leaves) {
-        positions.push_back(leaf.cluster.mean.cast<float>());
+      for (const Eigen::Vector3d& mean : model.leaves.means()) {
+        positions.push_back(mean.cast<float>());
       }
       const double radius_m = 2.0 * model.resolution_m();
       normals.push_back(EstimateNormals(LeafGrid(positions, radius_m), radius_m, context));

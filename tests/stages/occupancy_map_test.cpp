@@ -28,7 +28,7 @@ octomap::KeySet StillVoxels(const octomap::OcTree& map, const PlacedSurface& pla
   const auto& leaves = placed.surface.model.leaves;
   for (std::uint32_t i = 0; i < leaves.size(); ++i) {
     if (std::binary_search(moving.leaves.begin(), moving.leaves.end(), i)) continue;
-    const Eigen::Vector3d mean = scale * leaves[i].cluster.mean;
+    const Eigen::Vector3d mean = scale * leaves.Mean(i);
     voxels.insert(map.coordToKey(ToOctomap(placed.frame_from_instrument * mean)));
   }
   return voxels;
@@ -114,7 +114,7 @@ TEST_F(OccupancyMapTest, HoldsEverySurfaceThatStandsStillAndNoneThatMoves) {
   for (std::size_t s = 0; s < moving.size(); ++s) {
     const auto& leaves = campaign_->stations[s].model.leaves;
     for (std::uint32_t i = 0; i < leaves.size(); ++i) {
-      const octomap::OcTreeNode* node = NodeAt(*map, InSurvey(s, leaves[i].cluster.mean));
+      const octomap::OcTreeNode* node = NodeAt(*map, InSurvey(s, leaves.Mean(i)));
       if (std::binary_search(moving[s].leaves.begin(), moving[s].leaves.end(), i)) {
         ++gone;
         cleared += node == nullptr || !map->isNodeOccupied(node) ? 1 : 0;
@@ -135,7 +135,7 @@ TEST_F(OccupancyMapTest, BeamsClearTheirWay) {
   std::size_t asked = 0;
   for (std::size_t i = 0; i < leaves.size(); i += 50) {
     ++asked;
-    known += NodeAt(*map, InSurvey(0, 0.5 * leaves[i].cluster.mean)) != nullptr ? 1 : 0;
+    known += NodeAt(*map, InSurvey(0, 0.5 * leaves.Mean(i))) != nullptr ? 1 : 0;
   }
   EXPECT_GT(static_cast<double>(known), 0.95 * static_cast<double>(asked));
   EXPECT_FALSE(map->isNodeOccupied(NodeAt(*map, InSurvey(0, {0.0, 0.0, 0.0}))));
@@ -181,7 +181,7 @@ TEST_F(OccupancyMapTest, ScalesWhatStationsMeasured) {
   const auto map = Read(Draw(placed, none, 2.0));
   const auto& leaves = campaign_->stations[0].model.leaves;
   for (std::size_t i = 0; i < leaves.size(); i += 20) {
-    const octomap::OcTreeNode* node = NodeAt(*map, InSurvey(0, 2.0 * leaves[i].cluster.mean));
+    const octomap::OcTreeNode* node = NodeAt(*map, InSurvey(0, 2.0 * leaves.Mean(i)));
     ASSERT_NE(node, nullptr);
     EXPECT_TRUE(map->isNodeOccupied(node));
   }

@@ -24,13 +24,13 @@ struct Yards {
       const StationModel model = MakeYardStation(20 + yard, 1.0);
       std::vector<Eigen::Vector3d> turned;
       const Eigen::Matrix3d turn = ExpSo3({0.0, 0.0, 0.7});
-      for (const VoxelLeaf& leaf : model.leaves) turned.push_back(turn * leaf.cluster.mean);
+      for (const Eigen::Vector3d& mean : model.leaves.means()) turned.push_back(turn * mean);
       models.push_back(model);
       models.push_back(MakeStation(turned, model.resolution_m()));
     }
     for (StationModel& model : models) {
       model.range_image = RangeImage(Eigen::Vector3d::Zero(), 1.0);
-      for (const VoxelLeaf& leaf : model.leaves) model.range_image.Add(leaf.cluster.mean);
+      for (const Eigen::Vector3d& mean : model.leaves.means()) model.range_image.Add(mean);
       features.push_back(ComputeFeatures(model, {}, context));
     }
   }

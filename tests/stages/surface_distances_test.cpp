@@ -81,7 +81,7 @@ TEST(SurfacePatch, RingsOnTheGroundAreNoSurfaceUntilTwoOfThemAre) {
       all.Add(Eigen::Vector3d(radius * std::cos(angle), radius * std::sin(angle), 1.5) +
               0.002 * random.Normal() * beam);
     }
-    return all.Finish().at(0).cluster;
+    return all.Finish().Cluster(0);
   };
   const PointCluster near = ring(21.0);
   EXPECT_FALSE(PatchOf(near, kEdge));

@@ -31,7 +31,7 @@ class SurfaceIncidenceTest : public ::testing::Test {
       clusterer.Add({random.Uniform(3.0, 3.5), random.Uniform(0, 0.5), random.Uniform(0, 0.5)});
     }
     model_.leaves = clusterer.Finish();
-    for (const VoxelLeaf& leaf : model_.leaves) normals_.push_back(NormalAt(leaf.cluster.mean));
+    for (const Eigen::Vector3d& mean : model_.leaves.means()) normals_.push_back(NormalAt(mean));
   }
 
   static Eigen::Vector3f NormalAt(const Eigen::Vector3d& p) {

@@ -51,12 +51,11 @@ struct TwoStations {
       models[s].lattice.edge_m = kVoxel;
       const RigidTransform station_from_survey = poses.back().Inverse();
       for (const Patch& patch : patches) {
-        VoxelLeaf leaf;
-        leaf.cluster.count = 1.0;
-        leaf.cluster.mean =
+        PointCluster cluster;
+        cluster.count = 1.0;
+        cluster.mean =
             station_from_survey * (patch.point + noise_m * random.Normal() * patch.normal);
-        leaf.key = models[s].lattice.Key(leaf.cluster.mean);
-        models[s].leaves.push_back(leaf);
+        models[s].leaves.Add(models[s].lattice.Key(cluster.mean), cluster);
         normals[s].push_back((station_from_survey.rotation * patch.normal).cast<float>());
       }
     }
@@ -147,8 +146,7 @@ TEST(SurfaceMatcher, InformationIsTheCurvatureOfThePointToPlaneCost) {
       double sum = 0.0;
       for (std::size_t i = 0; i < patches.size(); ++i) {
         const Eigen::Vector3d difference =
-            target_from_source * two.models[1].leaves[i].cluster.mean -
-            two.models[0].leaves[i].cluster.mean;
+            target_from_source * two.models[1].leaves.Mean(i) - two.models[0].leaves.Mean(i);
         const double across = difference.dot(two.normals[0][i].cast<double>());
         sum += 0.5 * across * across / (2.0 * kNoise * kNoise);
       }

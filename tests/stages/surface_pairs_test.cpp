@@ -24,10 +24,10 @@ Reference SumOneByOne(const HallStation& source, const HallStation& target,
                       const std::vector<std::uint32_t>& chosen, const RigidTransform& motion,
                       const SurfacePairRule& rule) {
   Reference sums;
-  const NeighborSearch search(target.index.means);
+  const NeighborSearch search(target.model.leaves.means());
   const double less = rule.along_variance - rule.across_variance;
   for (const std::uint32_t i : chosen) {
-    const Eigen::Vector3d moved = motion * source.model.leaves[i].cluster.mean;
+    const Eigen::Vector3d moved = motion * source.model.leaves.Mean(i);
     std::size_t nearest = 0;
     double distance_m = std::numeric_limits<double>::infinity();
     for (const auto& found : search.Nearest(moved, 1)) {
@@ -43,7 +43,7 @@ Reference SumOneByOne(const HallStation& source, const HallStation& target,
     const Eigen::Matrix<double, 3, 6> jacobian = PointJacobian(moved);
     const Eigen::Matrix<double, 6, 3> weighted = jacobian.transpose() * covariance.inverse();
     sums.matrix += weighted * jacobian;
-    sums.gradient += weighted * (moved - target.model.leaves[nearest].cluster.mean);
+    sums.gradient += weighted * (moved - target.model.leaves.Mean(nearest));
     ++sums.matches;
   }
   return sums;

@@ -106,7 +106,7 @@ StationModel MakeStation(std::span<const Eigen::Vector3d> points, double resolut
 
 std::vector<Eigen::Vector3f> LeafPositions(const StationModel& model) {
   std::vector<Eigen::Vector3f> positions;
-  for (const VoxelLeaf& leaf : model.leaves) positions.push_back(leaf.cluster.mean.cast<float>());
+  for (const Eigen::Vector3d& mean : model.leaves.means()) positions.push_back(mean.cast<float>());
   return positions;
 }
 

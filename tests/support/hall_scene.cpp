@@ -107,7 +107,7 @@ StationModel MakeSeenStation(std::span<const Eigen::Vector3d> points, double res
   VoxelClusterer clusterer(model.lattice);
   for (const Eigen::Vector3d& point : points) clusterer.Add(point);
   model.leaves = clusterer.Finish();
-  for (const VoxelLeaf& leaf : model.leaves) model.range_image.Add(leaf.cluster.mean);
+  for (const Eigen::Vector3d& mean : model.leaves.means()) model.range_image.Add(mean);
   model.points = points.size();
   return model;
 }

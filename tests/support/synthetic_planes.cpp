@@ -86,7 +86,8 @@ std::vector<PointCluster> StationClusters(const std::vector<Eigen::Vector3d>& wo
   const RigidTransform station_from_world = world_from_station.Inverse();
   for (const auto& p : world_points) clusterer.Add(station_from_world * p);
   std::vector<PointCluster> clusters;
-  for (const VoxelLeaf& leaf : clusterer.Finish()) clusters.push_back(leaf.cluster);
+  const VoxelLeaves leaves = clusterer.Finish();
+  for (std::size_t i = 0; i < leaves.size(); ++i) clusters.push_back(leaves.Cluster(i));
   return clusters;
 }
 

@@ -1,0 +1,127 @@
+#include "core/cluster_spread.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <vector>
+
+#include "core/error.h"
+#include "core/random.h"
+#include "core/rigid_transform.h"
+#include "core/voxel_leaves.h"
+
+namespace backsight {
+namespace {
+
+const Eigen::Vector3d kMiddle = Eigen::Vector3d::Zero();
+
+PointCluster ClusterOf(const std::vector<Eigen::Vector3d>& points) {
+  PointCluster all;
+  for (const Eigen::Vector3d& point : points)
+    all += PointCluster{1.0, point, Eigen::Matrix3d::Zero()};
+  return all;
+}
+
+/// Points spread by `sigmas` along axes that are turned at random.
+PointCluster Spread(Random& random, const Eigen::Vector3d& sigmas, int count) {
+  const auto uniform = [&](double reach) {
+    return Eigen::Vector3d(random.Uniform(-reach, reach), random.Uniform(-reach, reach),
+                           random.Uniform(-reach, reach));
+  };
+  const RigidTransform place{ExpSo3(uniform(3.0)), uniform(50.0)};
+  std::vector<Eigen::Vector3d> points;
+  for (int i = 0; i < count; ++i) {
+    const Eigen::Vector3d normal(random.Normal(), random.Normal(), random.Normal());
+    points.push_back(place * sigmas.cwiseProduct(normal));
+  }
+  return ClusterOf(points);
+}
+
+Eigen::Vector3d ExtentsOf(const PointCluster& cluster) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(cluster.Covariance());
+  return axes.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+}
+
+TEST(ClusterSpread, ChangesNoExtentByMoreThanATenMillionthOfTheLargest) {
+  Random random(5);
+  for (int k = 0; k < 2000; ++k) {
+    const Eigen::Vector3d sigmas(1.0, std::pow(10.0, random.Uniform(-4.0, 0.0)),
+                                 std::pow(10.0, random.Uniform(-7.0, 0.0)));
+    const double size = std::pow(10.0, random.Uniform(-3.0, 2.0));
+    const PointCluster cluster = Spread(random, size * sigmas, 3 + k % 40);
+    const PointCluster back = ClusterSpread(cluster).About(cluster.mean);
+    EXPECT_EQ(back.count, cluster.count);
+    EXPECT_EQ(back.mean, cluster.mean);
+    EXPECT_EQ(back.scatter, back.scatter.transpose());
+    const Eigen::Vector3d expected = ExtentsOf(cluster);
+    EXPECT_LT((ExtentsOf(back) - expected).cwiseAbs().maxCoeff(), 1e-7 * expected[2]);
+    EXPECT_LT((back.scatter - cluster.scatter).norm(), 3e-7 * cluster.scatter.norm());
+  }
+}
+
+TEST(ClusterSpread, StaysWhatItIsWhenPackedAgain) {
+  Random random(6);
+  for (int k = 0; k < 200; ++k) {
+    const PointCluster once = ClusterSpread(Spread(random, {0.1, 0.05, 1e-3}, 20)).About(kMiddle);
+    const PointCluster twice = ClusterSpread(once).About(kMiddle);
+    EXPECT_LT((twice.scatter - once.scatter).norm(), 1e-15 * once.scatter.norm()) << k;
+  }
+}
+
+TEST(ClusterSpread, KeepsPointsLinesAndPlanesAlongTheAxes) {
+  for (const Eigen::Vector3d& sides : std::vector<Eigen::Vector3d>{
+           {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 0}, {1, 0, 1}, {0, 1, 1}}) {
+    const Eigen::Matrix3d scatter = sides.asDiagonal();
+    const PointCluster back = ClusterSpread({7.0, kMiddle, scatter}).About({1.0, 2.0, 3.0});
+    EXPECT_EQ(back.scatter, scatter);
+    EXPECT_EQ(back.mean, Eigen::Vector3d(1.0, 2.0, 3.0));
+    EXPECT_EQ(back.count, 7.0);
+  }
+}
+
+TEST(ClusterSpread, TakesWhatRoundingLeavesOfASinglePointAsNothing) {
+  Random random(7);
+  for (int k = 0; k < 1000; ++k) {  // neither symmetric in its rounding nor positive
+    Eigen::Matrix3d noise;
+    for (int i = 0; i < 9; ++i) {
+      noise(i / 3, i % 3) = 1e-18 * random.Normal() * std::pow(10.0, random.Uniform(-16.0, 0.0));
+    }
+    const PointCluster back = ClusterSpread({1.0, kMiddle, noise}).About(kMiddle);
+    ASSERT_TRUE(back.scatter.allFinite());
+    EXPECT_LT(back.scatter.norm(), 1e-16) << noise;
+  }
+}
+
+TEST(ClusterSpread, RefusesMorePointsThanItCounts) {
+  const Eigen::Matrix3d none = Eigen::Matrix3d::Zero();
+  EXPECT_EQ(ClusterSpread({0x1p32 - 1.0, kMiddle, none}).count(), 0x1p32 - 1.0);
+  EXPECT_THROW(ClusterSpread({0x1p32, kMiddle, none}), InternalError);
+}
+
+TEST(VoxelLeaves, GiveBackWhatWasAddedAndMove) {
+  Random random(8);
+  VoxelLeaves leaves;
+  std::vector<PointCluster> clusters;
+  for (std::uint64_t key = 0; key < 50; ++key) {
+    clusters.push_back(Spread(random, {0.1, 0.1, 0.01}, 9));
+    leaves.Add(7 * key, clusters.back());
+  }
+  const Eigen::Vector3d by(3.0, -2.0, 1.0);
+  leaves.Translate(by);
+  ASSERT_EQ(leaves.size(), 50U);
+  EXPECT_FALSE(leaves.empty());
+  for (std::size_t i = 0; i < 50; ++i) {
+    EXPECT_EQ(leaves.Key(i), 7 * i);
+    EXPECT_EQ(leaves.keys()[i], 7 * i);
+    EXPECT_EQ(leaves.Count(i), 9.0);
+    EXPECT_EQ(leaves.Mean(i), clusters[i].mean + by);
+    EXPECT_EQ(leaves.means()[i], leaves.Mean(i));
+    EXPECT_EQ(leaves.Cluster(i).mean, leaves.Mean(i));
+    EXPECT_LT((leaves.Cluster(i).scatter - clusters[i].scatter).norm(),
+              3e-7 * clusters[i].scatter.norm());
+  }
+}
+
+}  // namespace
+}  // namespace backsight
