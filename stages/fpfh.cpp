@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <cmath>
+#include <cstdint>
 #include <limits>
 #include <numeric>
 
@@ -72,6 +75,24 @@ std::vector<std::vector<WeightedPlace>> NeighborsOfKeypoints(
   return neighbors;
 }
 
+/// SPFH of a point as it was counted, half as large as its bins. Beyond 65535 neighbours counts
+/// lose their last digits.
+struct SimpleHistogram {
+  std::array<std::uint16_t, PairHistogram::kBlocks * kBins> counts{};
+  float unit = 0.0F;  // of a count; each block sums to 100 if all pairs have angles
+
+  explicit SimpleHistogram(const PairHistogram& histogram) {
+    // The point itself is among its neighbours and pairs with none.
+    if (histogram.neighbors < 2) return;
+    const int digits = std::max(static_cast<int>(std::bit_width(histogram.neighbors)) - 16, 0);
+    unit = std::ldexp(100.0F / static_cast<float>(histogram.neighbors - 1), digits);
+    for (std::size_t b = 0; b < counts.size(); ++b) {
+      counts[b] = static_cast<std::uint16_t>(histogram.counts[b] >> digits);
+    }
+  }
+  SimpleHistogram() = default;
+};
+
 /// SPFH of the points of one cell after another.
 class SpfhComputer {
  public:
@@ -85,22 +106,14 @@ class SpfhComputer {
     }
   }
 
-  /// Each block sums to 100 if all pairs have angles. The point must have a normal.
-  FpfhDescriptor Compute(std::size_t place) const {
+  /// The point must have a normal.
+  SimpleHistogram Compute(std::size_t place) const {
     const auto& [x, y, z, nx, ny, nz] = columns_;
-    const PairHistogram histogram = CountPairs(
+    return SimpleHistogram(CountPairs(
         {x[place], y[place], z[place], nx[place], ny[place], nz[place]},
         {candidates_[0].data(), candidates_[1].data(), candidates_[2].data(), candidates_[3].data(),
          candidates_[4].data(), candidates_[5].data(), search_.padded_count()},
-        search_.squared_radius());
-    // The point itself is among its neighbours and pairs with none.
-    const float unit =
-        histogram.neighbors > 1 ? 100.0F / static_cast<float>(histogram.neighbors - 1) : 0.0F;
-    FpfhDescriptor spfh;
-    for (std::size_t b = 0; b < spfh.size(); ++b) {
-      spfh[b] = unit * static_cast<float>(histogram.counts[b]);
-    }
-    return spfh;
+        search_.squared_radius()));
   }
 
  private:
@@ -111,7 +124,7 @@ class SpfhComputer {
 
 struct SimpleHistograms {
   std::vector<std::uint32_t> row_at;  // by place; kNone where not needed
-  std::vector<FpfhDescriptor> rows;
+  std::vector<SimpleHistogram> rows;
 };
 
 SimpleHistograms ComputeNeeded(const LeafGrid& grid, const PointColumns& columns,
@@ -146,8 +159,10 @@ SimpleHistograms ComputeNeeded(const LeafGrid& grid, const PointColumns& columns
 FpfhDescriptor Combine(const SimpleHistograms& spfh, const std::vector<WeightedPlace>& neighbors) {
   FpfhDescriptor sum{};
   for (const WeightedPlace& neighbor : neighbors) {
-    const FpfhDescriptor& row = spfh.rows[spfh.row_at[neighbor.place]];
-    for (std::size_t b = 0; b < sum.size(); ++b) sum[b] += neighbor.weight * row[b];
+    const SimpleHistogram& row = spfh.rows[spfh.row_at[neighbor.place]];
+    for (std::size_t b = 0; b < sum.size(); ++b) {
+      sum[b] += neighbor.weight * (row.unit * static_cast<float>(row.counts[b]));
+    }
   }
   for (auto block = sum.begin(); block != sum.end(); block += kBins) {
     const float total = std::accumulate(block, block + kBins, 0.0F);

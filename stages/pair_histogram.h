@@ -22,7 +22,8 @@ struct OrientedColumns {
 /// How often each bin of the three angles of FPFH was met, and by how many points.
 struct PairHistogram {
   static constexpr std::size_t kBins = 11;
-  std::uint32_t counts[3 * kBins] = {};
+  static constexpr std::size_t kBlocks = 3;  ///< one per angle
+  std::uint32_t counts[kBlocks * kBins] = {};
   std::uint32_t neighbors = 0;  ///< points within the radius, with angles or without
 };
 

@@ -320,5 +320,25 @@ TEST(Features, DescriptorWithoutNeighborsIsNaN) {
   for (const std::size_t middle : {5U, 16U, 27U}) EXPECT_EQ(descriptors[1][middle], 100.0F);
 }
 
+TEST(Features, DescriptorsOfCrowdsEqualPcl) {
+  Random random(31);
+  std::vector<Eigen::Vector3f> points = {{0, 0, 0}, {0.9F, 0.1F, 0}, {0.9F, -0.1F, 0.1F}};
+  for (int i = 0; i < 100000; ++i) {  // about the two, and out of the first one's reach
+    points.emplace_back(random.Uniform(1.1, 1.6), random.Uniform(-0.2, 0.2),
+                        random.Uniform(-0.05, 0.05));
+  }
+  std::vector<Eigen::Vector3f> normals;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector3d normal(0.2 * random.Normal(), 0.2 * random.Normal(), 1.0);
+    normals.push_back(normal.normalized().cast<float>());
+  }
+  const std::vector<std::uint32_t> keypoints = {0};
+  const auto ours =
+      ComputeFpfh(LeafGrid(points, 0.5), normals, keypoints, 1.0, ExecutionContext(2)).at(0);
+  const auto expected = PclFpfh(points, normals, keypoints, 1.0).at(0);
+  for (std::size_t b = 0; b < ours.size(); ++b) EXPECT_NEAR(ours[b], expected[b], 0.02) << b;
+  EXPECT_GT(*std::max_element(ours.begin(), ours.end()), 66.0F);  // more than 16 bits count
+}
+
 }  // namespace
 }  // namespace backsight
