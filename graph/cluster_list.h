@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -23,6 +24,11 @@ class ClusterList {
   }
   double Count(std::size_t i) const {
     return leaves_ != nullptr ? leaves_->Count(i) : clusters_[i].count;
+  }
+  /// Those of all clusters, where they lie one after another.
+  std::optional<std::span<const Eigen::Vector3d>> means() const {
+    if (leaves_ == nullptr) return std::nullopt;
+    return leaves_->means();
   }
 
  private:

@@ -76,7 +76,7 @@ class PairPlaneSearch::Descent {
 PairPlaneSearch::PairPlaneSearch(const PlaneTree& first, const ClusterList& second)
     : first_(first),
       second_(second),
-      columns_(second),
+      subcells_(second),
       roots_(second.size(), kNoRoot),
       places_(second.size(), kAlone) {}
 
@@ -86,8 +86,8 @@ void PairPlaneSearch::FindRoots() {
   begins_.assign(first_.roots() + 1, 0);
   std::uint64_t last_root = kNoRoot;
   std::uint32_t place = kAlone;
-  for (std::size_t i = 0; i < columns_.size(); ++i) {
-    const std::uint64_t root = OctreeCells::Root(columns_.keys()[i]);
+  for (std::size_t i = 0; i < subcells_.size(); ++i) {
+    const std::uint64_t root = OctreeCells::Root(subcells_.keys()[i]);
     if (root != roots_[i]) {
       if (root != last_root) {  // clusters come by their voxels: many follow one of their own
         last_root = root;
@@ -104,14 +104,14 @@ void PairPlaneSearch::FindRoots() {
 /// The clusters in the first station's root cells, by path and number.
 void PairPlaneSearch::SortByPath() {
   std::array<std::uint32_t, OctreeCells::kPaths + 1> next{};
-  for (std::uint32_t i = 0; i < columns_.size(); ++i) {
-    if (places_[i] != kAlone) ++next[OctreeCells::Path(columns_.keys()[i]) + 1];
+  for (std::uint32_t i = 0; i < subcells_.size(); ++i) {
+    if (places_[i] != kAlone) ++next[OctreeCells::Path(subcells_.keys()[i]) + 1];
   }
   std::partial_sum(next.begin(), next.end(), next.begin());
   by_path_.resize(begins_.back());
-  for (std::uint32_t i = 0; i < columns_.size(); ++i) {
+  for (std::uint32_t i = 0; i < subcells_.size(); ++i) {
     if (places_[i] == kAlone) continue;
-    const std::uint32_t path = OctreeCells::Path(columns_.keys()[i]);
+    const std::uint32_t path = OctreeCells::Path(subcells_.keys()[i]);
     by_path_[next[path]++] = {i, path};
   }
 }
@@ -130,7 +130,7 @@ void PairPlaneSearch::SortIntoRoots() {
 
 std::vector<PlaneAssociation> PairPlaneSearch::Find(const RigidTransform& lattice_from_second,
                                                     const PlaneSearchOptions& options) {
-  columns_.Find(lattice_from_second, options.root_edge_m);
+  subcells_.Find(lattice_from_second, options.root_edge_m);
   SortIntoRoots();
   std::vector<PlaneAssociation> planes;
   const std::array<RigidTransform, 2> poses{first_.lattice_from_station(), lattice_from_second};

@@ -4,7 +4,7 @@
 
 #include "graph/plane_segmentation.h"
 #include "graph/plane_tree.h"
-#include "graph/subcell_columns.h"
+#include "graph/subcell_finder.h"
 
 namespace backsight {
 
@@ -30,7 +30,7 @@ class PairPlaneSearch {
 
   const PlaneTree& first_;
   ClusterList second_;
-  SubcellColumns columns_;
+  SubcellFinder subcells_;
   std::vector<std::uint64_t> roots_;   // of each cluster in the last search
   std::vector<std::uint32_t> places_;  // of each cluster's root among the first's
   std::vector<std::uint32_t> begins_;  // of each root's entries

@@ -6,7 +6,7 @@
 
 #include "core/error.h"
 #include "core/key_slot.h"
-#include "graph/subcell_columns.h"
+#include "graph/subcell_finder.h"
 
 namespace backsight {
 namespace {
@@ -17,11 +17,11 @@ struct KeyedEntry {
 };
 
 /// By root cell, path and cluster.
-std::vector<KeyedEntry> SortIntoCells(const SubcellColumns& columns) {
+std::vector<KeyedEntry> SortIntoCells(const SubcellFinder& subcells) {
   std::vector<KeyedEntry> entries;
-  entries.reserve(columns.size());
-  for (std::uint32_t i = 0; i < columns.size(); ++i) {
-    const std::uint64_t key = columns.keys()[i];
+  entries.reserve(subcells.size());
+  for (std::uint32_t i = 0; i < subcells.size(); ++i) {
+    const std::uint64_t key = subcells.keys()[i];
     entries.push_back({OctreeCells::Root(key), {i, OctreeCells::Path(key)}});
   }
   std::sort(entries.begin(), entries.end(), [](const KeyedEntry& a, const KeyedEntry& b) {
@@ -38,9 +38,9 @@ PlaneTree::PlaneTree(const ClusterList& clusters, const RigidTransform& lattice_
                      const PlaneSearchOptions& options)
     : options_(options), lattice_from_station_(lattice_from_station) {
   BACKSIGHT_CHECK(options.max_depth <= OctreeCells::kDepth, "cells are split three times");
-  SubcellColumns columns(clusters);
-  columns.Find(lattice_from_station, options.root_edge_m);
-  const std::vector<KeyedEntry> sorted = SortIntoCells(columns);
+  SubcellFinder subcells(clusters);
+  subcells.Find(lattice_from_station, options.root_edge_m);
+  const std::vector<KeyedEntry> sorted = SortIntoCells(subcells);
   std::vector<PathEntry> cell;
   for (std::size_t i = 0; i < sorted.size();) {
     cell.clear();

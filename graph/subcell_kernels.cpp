@@ -1,5 +1,7 @@
 #include "graph/subcell_kernels.h"
 
+#include <algorithm>
+
 // Highway compiles this file once for every instruction set and picks one at run time.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "graph/subcell_kernels.cpp"
@@ -12,21 +14,22 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-using Tag = hn::CappedTag<double, kSubcellPadding>;
+constexpr std::size_t kMostLanes = 8;
+using Tag = hn::CappedTag<double, kMostLanes>;
 using Doubles = hn::Vec<Tag>;
 using Ints = hn::Vec<hn::Rebind<std::int64_t, Tag>>;
 
-void Subcells(const double* const* points, std::size_t count, const LatticeMotion& motion,
-              double edge_m, std::uint64_t* HWY_RESTRICT keys) {
+/// `count` is a multiple of the lanes.
+void Subcells(const double* points, std::size_t count, const LatticeMotion& motion, double edge_m,
+              std::uint64_t* HWY_RESTRICT keys) {
   const Tag d;
   const hn::Rebind<std::int64_t, Tag> in_ints;
   const hn::Rebind<std::uint64_t, Tag> in_keys;
   const Doubles per_metre = hn::Set(d, 1.0 / edge_m);
   const Ints half_range = hn::Set(in_ints, std::int64_t{1} << 20);
   for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
-    const Doubles x = hn::LoadU(d, points[0] + i);
-    const Doubles y = hn::LoadU(d, points[1] + i);
-    const Doubles z = hn::LoadU(d, points[2] + i);
+    Doubles x, y, z;
+    hn::LoadInterleaved3(d, points + 3 * i, x, y, z);
     const auto cell = [&](std::size_t axis) {
       const double* row = motion.rotation.data() + 3 * axis;
       const Doubles turned =
@@ -41,6 +44,17 @@ void Subcells(const double* const* points, std::size_t count, const LatticeMotio
   }
 }
 
+void AllSubcells(const double* points, std::size_t count, const LatticeMotion& motion,
+                 double edge_m, std::uint64_t* HWY_RESTRICT keys) {
+  const std::size_t whole = count - count % hn::Lanes(Tag());
+  Subcells(points, whole, motion, edge_m, keys);
+  double last[3 * kMostLanes] = {};
+  std::uint64_t last_keys[kMostLanes];
+  std::copy(points + 3 * whole, points + 3 * count, last);
+  Subcells(last, hn::Lanes(Tag()), motion, edge_m, last_keys);
+  std::copy_n(last_keys, count - whole, keys + whole);
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace backsight
 HWY_AFTER_NAMESPACE();
@@ -48,11 +62,11 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace backsight {
 
-HWY_EXPORT(Subcells);
+HWY_EXPORT(AllSubcells);
 
-void FindSubcells(const std::array<const double*, 3>& points, std::size_t count,
-                  const LatticeMotion& motion, double edge_m, std::uint64_t* keys) {
-  HWY_DYNAMIC_DISPATCH(Subcells)(points.data(), count, motion, edge_m, keys);
+void FindSubcells(const double* points, std::size_t count, const LatticeMotion& motion,
+                  double edge_m, std::uint64_t* keys) {
+  HWY_DYNAMIC_DISPATCH(AllSubcells)(points, count, motion, edge_m, keys);
 }
 
 }  // namespace backsight

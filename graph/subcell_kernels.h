@@ -6,8 +6,6 @@
 
 namespace backsight {
 
-inline constexpr std::size_t kSubcellPadding = 8;
-
 /// A rigid motion, row by row, in front of a lattice.
 struct LatticeMotion {
   std::array<double, 9> rotation;
@@ -15,9 +13,8 @@ struct LatticeMotion {
 };
 
 /// The cells of edge `edge_m` that moved points lie in, packed as VoxelLattice::Pack does.
-/// `points`: columns of x, y and z, readable kSubcellPadding entries beyond `count`; `keys` has
-/// room for as many. The same bits on every instruction set.
-void FindSubcells(const std::array<const double*, 3>& points, std::size_t count,
-                  const LatticeMotion& motion, double edge_m, std::uint64_t* keys);
+/// `points`: x, y and z of one after another. The same bits on every instruction set.
+void FindSubcells(const double* points, std::size_t count, const LatticeMotion& motion,
+                  double edge_m, std::uint64_t* keys);
 
 }  // namespace backsight

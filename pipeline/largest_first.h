@@ -13,4 +13,14 @@ namespace backsight {
 void LargestFirst(const std::vector<double>& weights, const ExecutionContext& context,
                   const std::function<void(std::size_t)>& body);
 
+/// A piece of work that shares what is made of its group with the others of it.
+struct GroupedWork {
+  int group = 0;
+  double weight = 0.0;
+};
+
+/// The same, but the works of one group follow one another; the group that weighs most comes first.
+void LargestGroupsFirst(const std::vector<GroupedWork>& works, const ExecutionContext& context,
+                        const std::function<void(std::size_t)>& body);
+
 }  // namespace backsight

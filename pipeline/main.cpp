@@ -6,6 +6,7 @@
 #include <map>
 
 #include "core/error.h"
+#include "core/free_memory.h"
 #include "io/nearest_name.h"
 #include "pipeline/artifacts/program_digest.h"
 #include "pipeline/commands/commands.h"
@@ -261,6 +262,7 @@ int Main(int argc, char** argv) {
 }  // namespace backsight
 
 int main(int argc, char** argv) {
+  backsight::KeepNoLargeBlocks();
   try {
     return backsight::Main(argc, argv);
   } catch (const std::exception& error) {

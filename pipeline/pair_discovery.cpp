@@ -171,9 +171,11 @@ class Discovery {
     std::atomic<std::size_t> done = tried_;
     const std::size_t total = tried_ + batch.pairs.size();
     context_.Progress("pairs", tried_, total);
-    std::vector<double> leaves;
-    for (const std::size_t i : batch.pairs) leaves.push_back(LeavesOf(candidates_[i]));
-    LargestFirst(leaves, context_, [&](std::size_t k) {
+    std::vector<GroupedWork> works;  // the planes of a target are made once for all its pairs
+    for (const std::size_t i : batch.pairs) {
+      works.push_back({candidates_[i].target, LeavesOf(candidates_[i])});
+    }
+    LargestGroupsFirst(works, context_, [&](std::size_t k) {
       RegisterOne(batch.method, batch.pairs[k]);
       context_.Progress("pairs", ++done, total);
     });

@@ -29,7 +29,8 @@ PairCandidate MakeCandidate(const PairClouds& clouds, CoarseCandidate coarse,
   FineInput fine_input{clouds.source,       clouds.target,
                        clouds.target_index, coarse.target_from_source,
                        coarse.information,  std::move(structure_points)};
-  fine_input.target_planes = &clouds.target_prepared.Planes(clouds.target, options.fine);
+  const auto planes = clouds.target_prepared.Planes(clouds.target, options.fine);
+  fine_input.target_planes = planes.get();
   if (options.fine.surfaces) {
     fine_input.source_surfaces = &clouds.source_prepared.Surfaces(clouds.source);
   }

@@ -11,6 +11,7 @@
 #include "pipeline/artifacts/load_artifact.h"
 #include "pipeline/artifacts/pair_artifact.h"
 #include "pipeline/artifacts/pair_units.h"
+#include "pipeline/largest_first.h"
 #include "pipeline/pair_pipeline.h"
 #include "pipeline/station_pipeline.h"
 
@@ -106,7 +107,9 @@ int MakeAttempts(const std::vector<PairTask>& tasks, const SurveyProject& projec
   std::atomic<std::size_t> done = 0;
   std::vector<AttemptEnd> ends(tasks.size());
   context.Progress("pairs", 0, tasks.size());
-  context.ParallelFor(tasks.size(), [&](std::size_t i) {
+  std::vector<GroupedWork> works;
+  for (const PairTask& task : tasks) works.push_back({task.target, 1.0});
+  LargestGroupsFirst(works, context, [&](std::size_t i) {
     ends[i] = MakeAttempt(units, tasks[i]);
     context.Progress("pairs", ++done, tasks.size());
   });

@@ -4,6 +4,7 @@
 #include <mutex>
 #include <optional>
 #include <tuple>
+#include <utility>
 
 #include "stages/plan_motions.h"
 #include "stages/surface_choice.h"
@@ -18,30 +19,42 @@ using TreeOptions = std::tuple<double, double, double>;
 }  // namespace
 
 struct PreparedStation::Kept {
+  std::shared_ptr<RecentPlanes> recent;
   std::mutex mutex;
-  std::map<TreeOptions, PlaneTree> planes;  // what is in a map stays where it is
+  std::map<TreeOptions, std::weak_ptr<const PlaneTree>> planes;
   std::optional<std::vector<std::uint32_t>> surfaces;
   std::optional<double> plan_cell_m;
-  std::map<double, PlanView> plans;  // by the edge of their cells
+  std::map<double, PlanView> plans;  // by the edge of their cells; what is in a map stays there
   std::optional<std::vector<Eigen::Vector3d>> view_sample;
 };
 
-PreparedStation::PreparedStation() : kept_(std::make_unique<Kept>()) {}
-PreparedStation::PreparedStation(const PreparedStation& /*other*/) : PreparedStation() {}
+PreparedStation::PreparedStation(std::shared_ptr<RecentPlanes> recent)
+    : kept_(std::make_unique<Kept>()) {
+  constexpr std::size_t kOfOneStation = 2;
+  kept_->recent = recent ? std::move(recent) : std::make_shared<RecentPlanes>(kOfOneStation);
+}
+PreparedStation::PreparedStation(const PreparedStation& other)
+    : PreparedStation(other.kept_->recent) {}
 PreparedStation::PreparedStation(PreparedStation&& other) noexcept = default;
 PreparedStation& PreparedStation::operator=(const PreparedStation& other) {
-  if (this != &other) kept_ = std::make_unique<Kept>();
+  if (this != &other) *this = PreparedStation(other);
   return *this;
 }
 PreparedStation& PreparedStation::operator=(PreparedStation&& other) noexcept = default;
 PreparedStation::~PreparedStation() = default;
 
-const PlaneTree& PreparedStation::Planes(const Surface& surface, const FineOptions& options) const {
+std::shared_ptr<const PlaneTree> PreparedStation::Planes(const Surface& surface,
+                                                         const FineOptions& options) const {
   const TreeOptions key{options.root_edge, options.max_thickness_m, options.max_thinness};
   const std::lock_guard lock(kept_->mutex);
-  const auto found = kept_->planes.find(key);
-  if (found != kept_->planes.end()) return found->second;
-  return kept_->planes.emplace(key, MakePlaneTree(surface, options)).first->second;
+  std::weak_ptr<const PlaneTree>& kept = kept_->planes[key];
+  std::shared_ptr<const PlaneTree> tree = kept.lock();
+  if (!tree) {
+    tree = std::make_shared<const PlaneTree>(MakePlaneTree(surface, options));
+    kept = tree;
+  }
+  kept_->recent->Use(tree);
+  return tree;
 }
 
 const std::vector<std::uint32_t>& PreparedStation::Surfaces(const Surface& surface) const {

@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "graph/plane_tree.h"
+#include "pipeline/recent_planes.h"
 #include "stages/cloud_agreement.h"
 #include "stages/fine_registration.h"
 #include "stages/plan_view.h"
@@ -16,15 +16,16 @@ namespace backsight {
 /// memory only. Thread-safe. A copy begins with nothing, because the station may change in it.
 class PreparedStation {
  public:
-  PreparedStation();
+  /// `recent` keeps the planes, of all stations that share it; without, a few of this one's.
+  explicit PreparedStation(std::shared_ptr<RecentPlanes> recent = nullptr);
   PreparedStation(const PreparedStation& other);
   PreparedStation(PreparedStation&& other) noexcept;
   PreparedStation& operator=(const PreparedStation& other);
   PreparedStation& operator=(PreparedStation&& other) noexcept;
   ~PreparedStation();
 
-  /// MakePlaneTree for the station as a target.
-  const PlaneTree& Planes(const Surface& surface, const FineOptions& options) const;
+  /// MakePlaneTree for the station as a target; made anew where others were used in between.
+  std::shared_ptr<const PlaneTree> Planes(const Surface& surface, const FineOptions& options) const;
 
   /// ChooseSurfaces of kRefinedSurfaces, for the station as a source.
   const std::vector<std::uint32_t>& Surfaces(const Surface& surface) const;

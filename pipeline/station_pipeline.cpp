@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "core/fingerprint.h"
+#include "core/free_memory.h"
 #include "pipeline/artifacts/artifact_keys.h"
 #include "pipeline/artifacts/fault_record.h"
 #include "pipeline/artifacts/load_artifact.h"
@@ -162,9 +163,10 @@ std::vector<double> ScanBytes(const std::vector<StationSpec>& specs) {
   return bytes;
 }
 
-Station MakeStation(const StationSpec& spec) {
+Station MakeStation(const StationSpec& spec, const std::shared_ptr<RecentPlanes>& recent) {
   Station station;
   station.spec = spec;
+  station.prepared = PreparedStation(recent);
   station.record.station = spec.id;
   station.record.path = spec.scan;
   return station;
@@ -191,17 +193,19 @@ std::vector<Station> LoadStations(const std::vector<StationSpec>& specs,
                                   const ArtifactStore& store) {
   std::vector<Station> stations;
   stations.reserve(specs.size());
-  for (const StationSpec& spec : specs) stations.push_back(MakeStation(spec));
+  const auto recent = std::make_shared<RecentPlanes>(context.threads());
+  for (const StationSpec& spec : specs) stations.push_back(MakeStation(spec, recent));
   ScanFingerprints scans(store);
   std::atomic<std::size_t> done = 0;
   context.Progress("stations", 0, specs.size());
   LargestFirst(ScanBytes(specs), context, [&](std::size_t i) {
     LoadGuarded(options, context, store, &scans, &stations[i]);
+    ReturnFreeMemory();
     context.Progress("stations", ++done, specs.size());
   });
   for (Station& station : stations) {  // what found no memory beside others, alone
     if (!station.short_of_memory) continue;
-    station = MakeStation(station.spec);
+    station = MakeStation(station.spec, recent);
     LoadGuarded(options, context, store, &scans, &station);
   }
   RefuseCopies(&stations);

@@ -78,6 +78,7 @@ SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
   const PairUnits units(stations, options, context, store, project.resources.pair_limit_s);
   PairDiscovery discovery = DiscoverWithCheckedScanners(units, project.pairs, &stations);
   ChallengeSymmetries(units, &discovery.pairs);
+  for (Station& station : stations) station.prepared = PreparedStation();
   clock.Finish("pairs");
   if (last == Stage::kPairs) {
     run.record = EndedEarly(stations, last, discovery.pairs.size());

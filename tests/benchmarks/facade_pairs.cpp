@@ -74,7 +74,7 @@ Facade::Facade() : stations(LoadFacade()) {
     p.coarse = RefineOnInliers(p.rows, hypotheses[0].target_from_source, 3.0 * kResolution);
     p.inliers = Inliers(p.rows, p.coarse);
     p.truth = TrueMotion(truth, *p.source, *p.target);
-    p.target->prepared.Planes(p.target->surface(), {});
+    p.target_planes = p.target->prepared.Planes(p.target->surface(), {});
     pairs.push_back(std::move(p));
   }
 }

@@ -20,6 +20,7 @@ inline constexpr double kResolution = 0.1;
 struct FacadePair {
   const Station* source = nullptr;
   const Station* target = nullptr;
+  std::shared_ptr<const PlaneTree> target_planes;
   Pair pair;
   Correspondences rows;
   Correspondences reliable;

@@ -25,7 +25,7 @@ FineInput FineInputOf(const FacadePair& p, const RigidTransform& motion,
                       const Matrix6d& information) {
   FineInput input{
       p.source->surface(), p.target->surface(), *p.target->index, motion, information, {}};
-  input.target_planes = &p.target->prepared.Planes(p.target->surface(), {});
+  input.target_planes = p.target_planes.get();
   input.source_surfaces = &p.source->prepared.Surfaces(p.source->surface());
   return input;
 }

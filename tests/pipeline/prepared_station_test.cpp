@@ -2,7 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <utility>
+#include <memory>
+#include <vector>
 
 #include "stages/surface_choice.h"
 #include "stages/surface_refinement.h"
@@ -15,14 +16,14 @@ TEST(PreparedStation, MakesEverythingOnceAndAnewInACopy) {
   const HallScene scene(1, {});
   const HallStation station(scene, {-5.0, -2.5, 1.6}, 10);
   const PreparedStation prepared;
-  const PlaneTree& planes = prepared.Planes(station.surface(), {});
-  EXPECT_GT(planes.roots(), 10U);
-  EXPECT_EQ(&prepared.Planes(station.surface(), {}), &planes);
+  const auto planes = prepared.Planes(station.surface(), {});
+  EXPECT_GT(planes->roots(), 10U);
+  EXPECT_EQ(prepared.Planes(station.surface(), {}), planes);
   FineOptions coarser;
   coarser.root_edge *= 2.0;
-  const PlaneTree& others = prepared.Planes(station.surface(), coarser);
-  EXPECT_LT(others.roots(), planes.roots());
-  EXPECT_EQ(&prepared.Planes(station.surface(), {}), &planes);
+  const auto others = prepared.Planes(station.surface(), coarser);
+  EXPECT_LT(others->roots(), planes->roots());
+  EXPECT_EQ(prepared.Planes(station.surface(), {}), planes);
 
   const std::vector<std::uint32_t>& surfaces = prepared.Surfaces(station.surface());
   EXPECT_EQ(surfaces, ChooseSurfaces(station.features.normals, kRefinedSurfaces));
@@ -35,7 +36,25 @@ TEST(PreparedStation, MakesEverythingOnceAndAnewInACopy) {
   EXPECT_EQ(prepared.Plan(station.model, station.features, 2.0 * cell_m).cell_m(), 2.0 * cell_m);
 
   const PreparedStation copy = prepared;
-  EXPECT_NE(&copy.Planes(station.surface(), {}), &planes);
+  EXPECT_NE(copy.Planes(station.surface(), {}), planes);
+}
+
+TEST(PreparedStation, StationsThatShareKeepThePlanesUsedLast) {
+  const HallScene scene(1, {});
+  const HallStation station(scene, {-5.0, -2.5, 1.6}, 10);
+  const auto recent = std::make_shared<RecentPlanes>(2);
+  const std::vector<PreparedStation> stations(3, PreparedStation(recent));
+  std::vector<std::weak_ptr<const PlaneTree>> planes;
+  for (const PreparedStation& prepared : stations) {
+    planes.push_back(prepared.Planes(station.surface(), {}));
+    EXPECT_EQ(stations.front().Planes(station.surface(), {}), planes.front().lock());
+  }
+  EXPECT_FALSE(planes[0].expired());  // it was asked for in between
+  EXPECT_TRUE(planes[1].expired());
+  EXPECT_FALSE(planes[2].expired());
+  const auto again = stations[1].Planes(station.surface(), {});
+  EXPECT_EQ(again->roots(), planes[0].lock()->roots());
+  EXPECT_TRUE(planes[2].expired());
 }
 
 }  // namespace

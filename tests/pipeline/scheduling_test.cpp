@@ -22,6 +22,22 @@ TEST(LargestFirst, BeginsWithTheLargestAndVisitsEachOnce) {
   for (const auto& count : visits) EXPECT_EQ(count, 1);
 }
 
+TEST(LargestFirst, GroupsStayTogetherAndTheHeaviestComesFirst) {
+  std::vector<std::size_t> ran;
+  // Group 4 weighs 6, group 7 and group 2 weigh 5 each.
+  LargestGroupsFirst({{7, 5.0}, {4, 2.0}, {2, 2.0}, {4, 4.0}, {2, 3.0}}, ExecutionContext(1),
+                     [&](std::size_t i) { ran.push_back(i); });
+  EXPECT_EQ(ran, (std::vector<std::size_t>{3, 1, 0, 4, 2}));
+}
+
+TEST(LargestFirst, RunsEverythingOnceOnManyThreads) {
+  std::vector<std::atomic<int>> runs(1000);
+  std::vector<GroupedWork> works;
+  for (int i = 0; i < 1000; ++i) works.push_back({i % 7, i % 13 * 1.0});
+  LargestGroupsFirst(works, ExecutionContext(4), [&](std::size_t i) { ++runs[i]; });
+  for (const auto& count : runs) EXPECT_EQ(count, 1);
+}
+
 TEST(IdleShare, IsWhatNeitherRanNorWaited) {
   EXPECT_DOUBLE_EQ(IdleShare({3.0, 0.0}, 2.0, 2), 0.25);
   EXPECT_DOUBLE_EQ(IdleShare({3.0, 0.5}, 2.0, 2), 0.125);
