@@ -7,9 +7,11 @@
 
 namespace backsight {
 
-ClusterSpread::ClusterSpread(const PointCluster& cluster)
-    : count_(static_cast<std::uint32_t>(cluster.count)) {
-  BACKSIGHT_CHECK(cluster.count < 0x1p32, "points of one voxel or cell are counted in 32 bits");
+ClusterSpread::ClusterSpread(const PointCluster& cluster) {
+  const bool is_counted = cluster.count >= 0.0 && cluster.count < 0x1p32;
+  BACKSIGHT_CHECK(is_counted && cluster.count == std::floor(cluster.count),
+                  "points of one voxel or cell are counted in 32 bits");
+  count_ = static_cast<std::uint32_t>(cluster.count);
   const Eigen::Matrix3d& scatter = cluster.scatter;
   const auto root = [](double value) { return std::sqrt(std::max(value, 0.0)); };
   // Points in a plane, on a line or alone leave pivots that are rounding. No entry may be larger

@@ -11,11 +11,11 @@ namespace backsight {
 /// Count and scatter of a cluster whose mean is kept elsewhere, in 28 bytes instead of 80. The
 /// scatter is kept by its Cholesky factor (Golub and Van Loan, Matrix Computations, section 4.2) in
 /// single precision: it stays positive semidefinite, and the extent along any axis (the root of
-/// the variance, so also a plane's thickness) changes by less than 1e-7 of the largest.
+/// the variance, so also a plane's thickness) changes by about 1e-7 of the largest at most.
 class ClusterSpread {
  public:
   ClusterSpread() = default;
-  /// The count must be whole and below 2^32.
+  /// The count must be whole and below 2^32, the scatter finite; its lower triangle counts.
   explicit ClusterSpread(const PointCluster& cluster);
 
   double count() const { return count_; }

@@ -4,7 +4,7 @@
 
 namespace backsight {
 
-void KeepNoLargeBlocks() {
+void ReturnLargeBlocksAtOnce() {
   constexpr int kMegabyte = 1 << 20;
   ::mallopt(M_MMAP_THRESHOLD, 2 * kMegabyte);
   ::mallopt(M_TRIM_THRESHOLD, 32 * kMegabyte);  // of small blocks; growing again takes time

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "core/archive.h"
 #include "core/cluster_spread.h"
 #include "core/point_cluster.h"
 
@@ -33,6 +34,11 @@ class VoxelLeaves {
   template <class Archive>
   friend void Transfer(Archive& archive, VoxelLeaves& leaves) {
     archive(leaves.keys_, leaves.means_, leaves.spreads_);
+    if constexpr (Archive::kReads) {
+      if (leaves.means_.size() != leaves.size() || leaves.spreads_.size() != leaves.size()) {
+        throw DamagedArchive();
+      }
+    }
   }
 
  private:

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "core/cluster_spread.h"
 #include "core/rigid_transform.h"
 #include "graph/cluster_list.h"
 #include "graph/octree_cells.h"

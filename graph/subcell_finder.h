@@ -16,6 +16,8 @@ class SubcellFinder {
  public:
   /// The clusters must outlive it.
   explicit SubcellFinder(const ClusterList& clusters);
+  SubcellFinder(const SubcellFinder&) = delete;  // means_ may lie in copied_
+  SubcellFinder& operator=(const SubcellFinder&) = delete;
 
   std::size_t size() const { return keys_.size(); }
   /// Sets `keys` to the subcells of the lattice of root cells with edge `root_edge_m`.

@@ -37,7 +37,10 @@ void LargestFirst(const std::vector<double>& weights, const ExecutionContext& co
 void LargestGroupsFirst(const std::vector<GroupedWork>& works, const ExecutionContext& context,
                         const std::function<void(std::size_t)>& body) {
   std::map<int, double> of_group;
-  for (const GroupedWork& work : works) of_group[work.group] += work.weight;
+  for (const GroupedWork& work : works) {
+    double& largest = of_group[work.group];
+    largest = std::max(largest, work.weight);
+  }
   std::vector<std::tuple<double, int, double>> keys;  // equal groups stay apart
   for (const GroupedWork& work : works) {
     keys.emplace_back(of_group[work.group], work.group, work.weight);

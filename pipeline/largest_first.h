@@ -19,7 +19,7 @@ struct GroupedWork {
   double weight = 0.0;
 };
 
-/// The same, but the works of one group follow one another; the group that weighs most comes first.
+/// The same, but the works of one group follow one another; the group of the largest comes first.
 void LargestGroupsFirst(const std::vector<GroupedWork>& works, const ExecutionContext& context,
                         const std::function<void(std::size_t)>& body);
 

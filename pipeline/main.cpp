@@ -262,7 +262,7 @@ int Main(int argc, char** argv) {
 }  // namespace backsight
 
 int main(int argc, char** argv) {
-  backsight::KeepNoLargeBlocks();
+  backsight::ReturnLargeBlocksAtOnce();
   try {
     return backsight::Main(argc, argv);
   } catch (const std::exception& error) {

@@ -34,7 +34,7 @@ PreparedStation::PreparedStation(std::shared_ptr<RecentPlanes> recent)
   kept_->recent = recent ? std::move(recent) : std::make_shared<RecentPlanes>(kOfOneStation);
 }
 PreparedStation::PreparedStation(const PreparedStation& other)
-    : PreparedStation(other.kept_->recent) {}
+    : PreparedStation(other.kept_ ? other.kept_->recent : nullptr) {}
 PreparedStation::PreparedStation(PreparedStation&& other) noexcept = default;
 PreparedStation& PreparedStation::operator=(const PreparedStation& other) {
   if (this != &other) *this = PreparedStation(other);
@@ -46,13 +46,16 @@ PreparedStation::~PreparedStation() = default;
 std::shared_ptr<const PlaneTree> PreparedStation::Planes(const Surface& surface,
                                                          const FineOptions& options) const {
   const TreeOptions key{options.root_edge, options.max_thickness_m, options.max_thinness};
-  const std::lock_guard lock(kept_->mutex);
-  std::weak_ptr<const PlaneTree>& kept = kept_->planes[key];
-  std::shared_ptr<const PlaneTree> tree = kept.lock();
-  if (!tree) {
-    tree = std::make_shared<const PlaneTree>(MakePlaneTree(surface, options));
-    kept = tree;
-  }
+  const auto tree = [&] {
+    const std::lock_guard lock(kept_->mutex);
+    std::weak_ptr<const PlaneTree>& kept = kept_->planes[key];
+    std::shared_ptr<const PlaneTree> found = kept.lock();
+    if (!found) {
+      found = std::make_shared<const PlaneTree>(MakePlaneTree(surface, options));
+      kept = found;
+    }
+    return found;
+  }();
   kept_->recent->Use(tree);
   return tree;
 }

@@ -12,8 +12,9 @@
 
 namespace backsight {
 
-/// What pairs need of one station alone: made for the first pair that asks, kept for all others, in
-/// memory only. Thread-safe. A copy begins with nothing, because the station may change in it.
+/// What pairs need of one station alone: made for the first pair that asks, kept for all others
+/// (planes: for those that follow), in memory only. Thread-safe. A copy begins with nothing,
+/// because the station may change in it.
 class PreparedStation {
  public:
   /// `recent` keeps the planes, of all stations that share it; without, a few of this one's.

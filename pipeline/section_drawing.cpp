@@ -17,7 +17,7 @@ namespace {
 std::optional<SurfacePatch> PlaneOf(const Station& station, std::size_t leaf) {
   constexpr double kEnough = 20.0;  // points
   const StationModel& model = station.model;
-  const PointCluster& cluster = model.leaves.Cluster(leaf);
+  const PointCluster cluster = model.leaves.Cluster(leaf);
   if (cluster.count >= kEnough) return PatchOf(cluster, model.resolution_m());
   const auto patch = FindPatch(model, *station.index, leaf);
   return patch ? patch : PatchOf(cluster, model.resolution_m());

@@ -7,8 +7,6 @@
 #include <fstream>
 #include <system_error>
 
-#include "core/free_memory.h"
-
 namespace backsight {
 namespace {
 
@@ -44,7 +42,6 @@ double IdleShare(const ProcessorUse& used, double seconds, int threads) {
 }
 
 void StageClock::Finish(const std::string& stage) {
-  ReturnFreeMemory();
   const auto now = std::chrono::steady_clock::now();
   const ProcessorUse used = ReadProcessorUse();
   const double seconds = std::chrono::duration<double>(now - start_).count();

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <atomic>
 #include <filesystem>
+#include <memory>
 #include <system_error>
 
 #include "core/error.h"
@@ -113,6 +114,7 @@ void LoadStation(const SurveyOptions& options, const ExecutionContext& context,
   ComputeStation(options, context, station);
   RequireUnchanged(station->spec.scan, station->scan, context);
   store.Store(name, key, StationBytes(*station));
+  ReturnFreeMemory();  // of the points and histograms on the way there
 }
 
 void RefuseCopies(std::vector<Station>* stations) {
@@ -200,7 +202,6 @@ std::vector<Station> LoadStations(const std::vector<StationSpec>& specs,
   context.Progress("stations", 0, specs.size());
   LargestFirst(ScanBytes(specs), context, [&](std::size_t i) {
     LoadGuarded(options, context, store, &scans, &stations[i]);
-    ReturnFreeMemory();
     context.Progress("stations", ++done, specs.size());
   });
   for (Station& station : stations) {  // what found no memory beside others, alone

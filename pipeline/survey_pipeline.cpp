@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "core/free_memory.h"
 #include "io/run_json.h"
 #include "pipeline/artifacts/artifact_keys.h"
 #include "pipeline/artifacts/load_artifact.h"
@@ -45,6 +46,12 @@ void RequireMemory(const std::vector<Station>& stations) {
   throw NoRoom(fmt::format("stations: each of {} {}", short_of_memory, kShortOfMemory));
 }
 
+/// What pairs needed is not left to the stages after them.
+void ForgetPrepared(std::vector<Station>* stations) {
+  for (Station& station : *stations) station.prepared = PreparedStation();
+  ReturnFreeMemory();
+}
+
 /// The record of a run that was to end before there is a network.
 RunRecord EndedEarly(const std::vector<Station>& stations, Stage last, std::size_t pairs) {
   const auto usable = static_cast<std::size_t>(
@@ -78,7 +85,7 @@ SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
   const PairUnits units(stations, options, context, store, project.resources.pair_limit_s);
   PairDiscovery discovery = DiscoverWithCheckedScanners(units, project.pairs, &stations);
   ChallengeSymmetries(units, &discovery.pairs);
-  for (Station& station : stations) station.prepared = PreparedStation();
+  ForgetPrepared(&stations);
   clock.Finish("pairs");
   if (last == Stage::kPairs) {
     run.record = EndedEarly(stations, last, discovery.pairs.size());
@@ -90,6 +97,7 @@ SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
   const Network network = Once(store, kNetworkName, network_key, NetworkBytes, NetworkFrom, [&] {
     return BuildNetwork(stations, discovery.pairs, options, context);
   });
+  ReturnFreeMemory();
   clock.Finish("network");
 
   const GeoreferencedNetwork ground =

@@ -40,8 +40,8 @@ class SymmetryList {
  public:
   SymmetryList(const Surface& surface, const CloudIndex& index) : surface_(surface), index_(index) {
     const std::vector<Eigen::Vector3d>& points = index.sample.points;
-    for (const Eigen::Vector3d& point : points)
-      center_ += point / static_cast<double>(points.size());
+    const auto count = static_cast<double>(points.size());
+    for (const Eigen::Vector3d& point : points) center_ += point / count;
   }
 
   void Offer(const RigidTransform& motion) {

@@ -6,10 +6,12 @@
 #include <chrono>
 #include <ctime>
 #include <functional>
+#include <memory>
 #include <vector>
 
 #include "graph/edge_consensus.h"
 #include "graph/gnc_welsch.h"
+#include "graph/plane_tree.h"
 #include "pipeline/pair_pipeline.h"
 
 namespace backsight {

@@ -4,6 +4,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "core/error.h"
@@ -18,8 +19,9 @@ const Eigen::Vector3d kMiddle = Eigen::Vector3d::Zero();
 
 PointCluster ClusterOf(const std::vector<Eigen::Vector3d>& points) {
   PointCluster all;
-  for (const Eigen::Vector3d& point : points)
+  for (const Eigen::Vector3d& point : points) {
     all += PointCluster{1.0, point, Eigen::Matrix3d::Zero()};
+  }
   return all;
 }
 
@@ -93,10 +95,12 @@ TEST(ClusterSpread, TakesWhatRoundingLeavesOfASinglePointAsNothing) {
   }
 }
 
-TEST(ClusterSpread, RefusesMorePointsThanItCounts) {
+TEST(ClusterSpread, RefusesWhatItCannotCount) {
   const Eigen::Matrix3d none = Eigen::Matrix3d::Zero();
   EXPECT_EQ(ClusterSpread({0x1p32 - 1.0, kMiddle, none}).count(), 0x1p32 - 1.0);
-  EXPECT_THROW(ClusterSpread({0x1p32, kMiddle, none}), InternalError);
+  for (const double count : {0x1p32, -1.0, 0.5, std::numeric_limits<double>::quiet_NaN()}) {
+    EXPECT_THROW(ClusterSpread({count, kMiddle, none}), InternalError) << count;
+  }
 }
 
 TEST(VoxelLeaves, GiveBackWhatWasAddedAndMove) {

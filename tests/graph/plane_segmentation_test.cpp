@@ -299,7 +299,7 @@ TEST(FindPlanes, FindsWhatANaiveSearchFinds) {
   }
 }
 
-TEST(FindPlanes, VoxelLeavesAndThreadsChangeNothing) {
+TEST(FindPlanes, VoxelLeavesAndThreadsChangeNothingButRounding) {
   const Seen room = MakeRoom(10, 4);
   std::vector<VoxelLeaves> leaves;
   for (const auto& clusters : room.clusters) {
@@ -317,6 +317,8 @@ TEST(FindPlanes, VoxelLeavesAndThreadsChangeNothing) {
     for (std::size_t o = 0; o < a[k].observations.size(); ++o) {
       EXPECT_EQ(a[k].observations[o].station, b[k].observations[o].station);
       EXPECT_EQ(a[k].observations[o].cluster.mean, b[k].observations[o].cluster.mean);
+      const Eigen::Matrix3d& scatter = a[k].observations[o].cluster.scatter;
+      EXPECT_LT((b[k].observations[o].cluster.scatter - scatter).norm(), 1e-6 * scatter.norm());
     }
   }
 }

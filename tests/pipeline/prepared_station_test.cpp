@@ -37,6 +37,10 @@ TEST(PreparedStation, MakesEverythingOnceAndAnewInACopy) {
 
   const PreparedStation copy = prepared;
   EXPECT_NE(copy.Planes(station.surface(), {}), planes);
+
+  const PreparedStation alone;
+  const std::weak_ptr<const PlaneTree> kept = alone.Planes(station.surface(), {});
+  EXPECT_FALSE(kept.expired());
 }
 
 TEST(PreparedStation, StationsThatShareKeepThePlanesUsedLast) {

@@ -22,10 +22,10 @@ TEST(LargestFirst, BeginsWithTheLargestAndVisitsEachOnce) {
   for (const auto& count : visits) EXPECT_EQ(count, 1);
 }
 
-TEST(LargestFirst, GroupsStayTogetherAndTheHeaviestComesFirst) {
+TEST(LargestFirst, GroupsStayTogetherAndThatOfTheLargestComesFirst) {
   std::vector<std::size_t> ran;
-  // Group 4 weighs 6, group 7 and group 2 weigh 5 each.
-  LargestGroupsFirst({{7, 5.0}, {4, 2.0}, {2, 2.0}, {4, 4.0}, {2, 3.0}}, ExecutionContext(1),
+  // The largest of group 4 weighs 6, those of groups 7 and 2 weigh 5 each.
+  LargestGroupsFirst({{7, 5.0}, {4, 2.0}, {2, 4.0}, {4, 6.0}, {2, 5.0}}, ExecutionContext(1),
                      [&](std::size_t i) { ran.push_back(i); });
   EXPECT_EQ(ran, (std::vector<std::size_t>{3, 1, 0, 4, 2}));
 }
