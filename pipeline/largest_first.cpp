@@ -42,6 +42,7 @@ void LargestGroupsFirst(const std::vector<GroupedWork>& works, const ExecutionCo
     largest = std::max(largest, work.weight);
   }
   std::vector<std::tuple<double, int, double>> keys;  // equal groups stay apart
+  keys.reserve(works.size());
   for (const GroupedWork& work : works) {
     keys.emplace_back(of_group[work.group], work.group, work.weight);
   }

@@ -108,6 +108,7 @@ int MakeAttempts(const std::vector<PairTask>& tasks, const SurveyProject& projec
   std::vector<AttemptEnd> ends(tasks.size());
   context.Progress("pairs", 0, tasks.size());
   std::vector<GroupedWork> works;
+  works.reserve(tasks.size());
   for (const PairTask& task : tasks) works.push_back({task.target, 1.0});
   LargestGroupsFirst(works, context, [&](std::size_t i) {
     ends[i] = MakeAttempt(units, tasks[i]);
