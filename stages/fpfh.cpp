@@ -81,6 +81,7 @@ struct SimpleHistogram {
   std::array<std::uint16_t, PairHistogram::kBlocks * kBins> counts{};
   float unit = 0.0F;  // of a count; each block sums to 100 if all pairs have angles
 
+  SimpleHistogram() = default;
   explicit SimpleHistogram(const PairHistogram& histogram) {
     // The point itself is among its neighbours and pairs with none.
     if (histogram.neighbors < 2) return;
@@ -90,7 +91,6 @@ struct SimpleHistogram {
       counts[b] = static_cast<std::uint16_t>(histogram.counts[b] >> digits);
     }
   }
-  SimpleHistogram() = default;
 };
 
 /// SPFH of the points of one cell after another.
