@@ -72,6 +72,8 @@ void AddCandidates(const Station& source, const Station& target, const PairCloud
                    const CoarseInput& input, CoarseResult coarse, const SurveyOptions& options,
                    const ExecutionContext& context, Pair* pair) {
   pair->consensus_null = coarse.consensus_null;
+  if (coarse.candidates.empty()) return;
+  const auto kept_for_all = clouds.target_prepared.Planes(clouds.target, options.fine);
   for (CoarseCandidate& candidate : coarse.candidates) {
     const bool known = std::any_of(
         pair->candidates.begin(), pair->candidates.end(), [&](const PairCandidate& other) {

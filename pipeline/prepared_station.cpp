@@ -19,7 +19,7 @@ using TreeOptions = std::tuple<double, double, double>;
 }  // namespace
 
 struct PreparedStation::Kept {
-  std::shared_ptr<RecentPlanes> recent;
+  std::shared_ptr<LastPlanes> last_planes;
   std::mutex mutex;
   std::map<TreeOptions, std::weak_ptr<const PlaneTree>> planes;
   std::optional<std::vector<std::uint32_t>> surfaces;
@@ -28,13 +28,12 @@ struct PreparedStation::Kept {
   std::optional<std::vector<Eigen::Vector3d>> view_sample;
 };
 
-PreparedStation::PreparedStation(std::shared_ptr<RecentPlanes> recent)
+PreparedStation::PreparedStation(std::shared_ptr<LastPlanes> shared)
     : kept_(std::make_unique<Kept>()) {
-  constexpr std::size_t kOfOneStation = 2;
-  kept_->recent = recent ? std::move(recent) : std::make_shared<RecentPlanes>(kOfOneStation);
+  kept_->last_planes = shared ? std::move(shared) : std::make_shared<LastPlanes>();
 }
 PreparedStation::PreparedStation(const PreparedStation& other)
-    : PreparedStation(other.kept_ ? other.kept_->recent : nullptr) {}
+    : PreparedStation(other.kept_ ? other.kept_->last_planes : nullptr) {}
 PreparedStation::PreparedStation(PreparedStation&& other) noexcept = default;
 PreparedStation& PreparedStation::operator=(const PreparedStation& other) {
   if (this != &other) *this = PreparedStation(other);
@@ -56,7 +55,7 @@ std::shared_ptr<const PlaneTree> PreparedStation::Planes(const Surface& surface,
     }
     return found;
   }();
-  kept_->recent->Use(tree);
+  kept_->last_planes->Use(tree);
   return tree;
 }
 

@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "pipeline/recent_planes.h"
+#include "pipeline/last_planes.h"
 #include "stages/cloud_agreement.h"
 #include "stages/fine_registration.h"
 #include "stages/plan_view.h"
@@ -17,15 +17,16 @@ namespace backsight {
 /// because the station may change in it.
 class PreparedStation {
  public:
-  /// `recent` keeps the planes, of all stations that share it; without, a few of this one's.
-  explicit PreparedStation(std::shared_ptr<RecentPlanes> recent = nullptr);
+  /// `shared` keeps the planes used last of all stations that share it; without, of this one.
+  explicit PreparedStation(std::shared_ptr<LastPlanes> shared = nullptr);
   PreparedStation(const PreparedStation& other);
   PreparedStation(PreparedStation&& other) noexcept;
   PreparedStation& operator=(const PreparedStation& other);
   PreparedStation& operator=(PreparedStation&& other) noexcept;
   ~PreparedStation();
 
-  /// MakePlaneTree for the station as a target; made anew where others were used in between.
+  /// MakePlaneTree for the station as a target; made anew where nobody has it any more and another
+  /// was used in between.
   std::shared_ptr<const PlaneTree> Planes(const Surface& surface, const FineOptions& options) const;
 
   /// ChooseSurfaces of kRefinedSurfaces, for the station as a source.

@@ -165,10 +165,10 @@ std::vector<double> ScanBytes(const std::vector<StationSpec>& specs) {
   return bytes;
 }
 
-Station MakeStation(const StationSpec& spec, const std::shared_ptr<RecentPlanes>& recent) {
+Station MakeStation(const StationSpec& spec, const std::shared_ptr<LastPlanes>& last_planes) {
   Station station;
   station.spec = spec;
-  station.prepared = PreparedStation(recent);
+  station.prepared = PreparedStation(last_planes);
   station.record.station = spec.id;
   station.record.path = spec.scan;
   return station;
@@ -195,8 +195,8 @@ std::vector<Station> LoadStations(const std::vector<StationSpec>& specs,
                                   const ArtifactStore& store) {
   std::vector<Station> stations;
   stations.reserve(specs.size());
-  const auto recent = std::make_shared<RecentPlanes>(context.threads());
-  for (const StationSpec& spec : specs) stations.push_back(MakeStation(spec, recent));
+  const auto last_planes = std::make_shared<LastPlanes>();
+  for (const StationSpec& spec : specs) stations.push_back(MakeStation(spec, last_planes));
   ScanFingerprints scans(store);
   std::atomic<std::size_t> done = 0;
   context.Progress("stations", 0, specs.size());
@@ -206,7 +206,7 @@ std::vector<Station> LoadStations(const std::vector<StationSpec>& specs,
   });
   for (Station& station : stations) {  // what found no memory beside others, alone
     if (!station.short_of_memory) continue;
-    station = MakeStation(station.spec, recent);
+    station = MakeStation(station.spec, last_planes);
     LoadGuarded(options, context, store, &scans, &station);
   }
   RefuseCopies(&stations);

@@ -46,19 +46,20 @@ TEST(PreparedStation, MakesEverythingOnceAndAnewInACopy) {
 TEST(PreparedStation, StationsThatShareKeepThePlanesUsedLast) {
   const HallScene scene(1, {});
   const HallStation station(scene, {-5.0, -2.5, 1.6}, 10);
-  const auto recent = std::make_shared<RecentPlanes>(2);
-  const std::vector<PreparedStation> stations(3, PreparedStation(recent));
-  std::vector<std::weak_ptr<const PlaneTree>> planes;
-  for (const PreparedStation& prepared : stations) {
-    planes.push_back(prepared.Planes(station.surface(), {}));
-    EXPECT_EQ(stations.front().Planes(station.surface(), {}), planes.front().lock());
-  }
-  EXPECT_FALSE(planes[0].expired());  // it was asked for in between
-  EXPECT_TRUE(planes[1].expired());
-  EXPECT_FALSE(planes[2].expired());
-  const auto again = stations[1].Planes(station.surface(), {});
-  EXPECT_EQ(again->roots(), planes[0].lock()->roots());
-  EXPECT_TRUE(planes[2].expired());
+  const auto last = std::make_shared<LastPlanes>();
+  const std::vector<PreparedStation> stations(2, PreparedStation(last));
+  const auto planes_of = [&](std::size_t s) { return stations[s].Planes(station.surface(), {}); };
+  std::weak_ptr<const PlaneTree> first = planes_of(0);
+  EXPECT_FALSE(first.expired());
+  std::weak_ptr<const PlaneTree> second = planes_of(1);
+  EXPECT_TRUE(first.expired());
+  EXPECT_FALSE(second.expired());
+
+  const auto at_work = planes_of(0);
+  EXPECT_TRUE(second.expired());
+  second = planes_of(1);
+  EXPECT_EQ(planes_of(0), at_work);  // it was not made anew
+  EXPECT_EQ(at_work->roots(), planes_of(1)->roots());
 }
 
 }  // namespace

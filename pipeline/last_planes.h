@@ -1,0 +1,26 @@
+#pragma once
+
+#include <memory>
+#include <mutex>
+#include <utility>
+
+#include "graph/plane_tree.h"
+
+namespace backsight {
+
+/// Keeps the plane tree alive that was used last, of all stations that share it: those of dense
+/// scans are large. Pairs of one target follow one another, and those at work keep theirs.
+/// Thread-safe.
+class LastPlanes {
+ public:
+  void Use(std::shared_ptr<const PlaneTree> tree) {
+    const std::lock_guard lock(mutex_);
+    std::swap(tree_, tree);
+  }  // the one before dies after the lock
+
+ private:
+  std::mutex mutex_;
+  std::shared_ptr<const PlaneTree> tree_;
+};
+
+}  // namespace backsight
