@@ -123,11 +123,11 @@ PairSums CollectPairs(const Surface& source, const Surface& target, const RigidT
   const VoxelLattice lattice{.edge_m = kGroupEdge * l};
   PairSums sums;
   for (std::size_t i = 0; i < chosen.count(); ++i) {
-    const PointCluster& cluster = source.model.leaves.Cluster(chosen[i]);
+    const PointCluster cluster = source.model.leaves.Cluster(chosen[i]);
     const Eigen::Vector3d moved = motion * cluster.mean;
     const std::uint32_t j = memory->Find(i, moved);
     if (j == NearestMemory::kNone) continue;
-    const PointCluster& fixed = target.model.leaves.Cluster(j);
+    const PointCluster fixed = target.model.leaves.Cluster(j);
     const Eigen::Matrix3d& rotation = motion.rotation;
     const Vector6d gradient =
         sums.Add(moved, fixed.mean,
