@@ -10,7 +10,7 @@ namespace backsight {
 namespace {
 
 constexpr std::uint32_t kAlone = ~0U;
-constexpr std::uint64_t kNoRoot = ~std::uint64_t{0};
+constexpr std::uint64_t kFirstKey = 0;
 
 }  // namespace
 
@@ -76,53 +76,55 @@ class PairPlaneSearch::Descent {
 PairPlaneSearch::PairPlaneSearch(const PlaneTree& first, const ClusterList& second)
     : first_(first),
       second_(second),
-      subcells_(second),
-      roots_(second.size(), kNoRoot),
-      places_(second.size(), kAlone) {}
+      keys_(second.size(), kFirstKey),
+      places_(second.size(), first.FindRoot(OctreeCells::Root(kFirstKey)).value_or(kAlone)) {
+  by_path_.reserve(second.size());
+  by_root_.reserve(second.size());
+}
 
-/// Finds the clusters' root cells among the first station's, and counts what is in each. Most are
-/// those of the last search.
-void PairPlaneSearch::FindRoots() {
+/// Finds the clusters' subcells and their roots among the first station's, and counts what is in
+/// each root. Most are in that of the last search.
+void PairPlaneSearch::FindRoots(const SubcellFinder& subcells) {
   begins_.assign(first_.roots() + 1, 0);
-  std::uint64_t last_root = kNoRoot;
-  std::uint32_t place = kAlone;
-  for (std::size_t i = 0; i < subcells_.size(); ++i) {
-    const std::uint64_t root = OctreeCells::Root(subcells_.keys()[i]);
-    if (root != roots_[i]) {
-      if (root != last_root) {  // clusters come by their voxels: many follow one of their own
-        last_root = root;
-        place = first_.FindRoot(root).value_or(kAlone);
+  std::uint64_t last_root = OctreeCells::Root(kFirstKey);
+  std::uint32_t place = first_.FindRoot(last_root).value_or(kAlone);
+  subcells.ForRuns(second_, [&](std::size_t begin, std::span<const std::uint64_t> keys) {
+    for (std::size_t k = 0; k < keys.size(); ++k) {
+      const std::size_t i = begin + k;
+      const std::uint64_t root = OctreeCells::Root(keys[k]);
+      if (root != OctreeCells::Root(keys_[i])) {
+        if (root != last_root) {  // clusters come by their voxels: many follow one of their own
+          last_root = root;
+          place = first_.FindRoot(root).value_or(kAlone);
+        }
+        places_[i] = place;
       }
-      roots_[i] = root;
-      places_[i] = place;
+      keys_[i] = keys[k];
+      if (places_[i] != kAlone) ++begins_[places_[i] + 1];
     }
-    if (places_[i] != kAlone) ++begins_[places_[i] + 1];
-  }
+  });
   std::partial_sum(begins_.begin(), begins_.end(), begins_.begin());
 }
 
 /// The clusters in the first station's root cells, by path and number.
 void PairPlaneSearch::SortByPath() {
   std::array<std::uint32_t, OctreeCells::kPaths + 1> next{};
-  for (std::uint32_t i = 0; i < subcells_.size(); ++i) {
-    if (places_[i] != kAlone) ++next[OctreeCells::Path(subcells_.keys()[i]) + 1];
+  for (std::size_t i = 0; i < keys_.size(); ++i) {
+    if (places_[i] != kAlone) ++next[OctreeCells::Path(keys_[i]) + 1];
   }
   std::partial_sum(next.begin(), next.end(), next.begin());
   by_path_.resize(begins_.back());
-  for (std::uint32_t i = 0; i < subcells_.size(); ++i) {
-    if (places_[i] == kAlone) continue;
-    const std::uint32_t path = OctreeCells::Path(subcells_.keys()[i]);
-    by_path_[next[path]++] = {i, path};
+  for (std::uint32_t i = 0; i < keys_.size(); ++i) {
+    if (places_[i] != kAlone) by_path_[next[OctreeCells::Path(keys_[i])]++] = i;
   }
 }
 
 /// Gathers the clusters in the first station's root cells. Sorted first by path and then, keeping
 /// that order, by root, they need not be compared.
 void PairPlaneSearch::SortIntoRoots() {
-  FindRoots();
   SortByPath();
-  entries_.resize(by_path_.size());
-  for (const PathEntry& entry : by_path_) entries_[begins_[places_[entry.cluster]]++] = entry;
+  by_root_.resize(by_path_.size());
+  for (const std::uint32_t cluster : by_path_) by_root_[begins_[places_[cluster]]++] = cluster;
   // Every begin has moved on to the next one.
   std::rotate(begins_.begin(), begins_.end() - 1, begins_.end());
   begins_.front() = 0;
@@ -130,16 +132,18 @@ void PairPlaneSearch::SortIntoRoots() {
 
 std::vector<PlaneAssociation> PairPlaneSearch::Find(const RigidTransform& lattice_from_second,
                                                     const PlaneSearchOptions& options) {
-  subcells_.Find(lattice_from_second, options.root_edge_m);
+  FindRoots({lattice_from_second, options.root_edge_m});
   SortIntoRoots();
   std::vector<PlaneAssociation> planes;
   const std::array<RigidTransform, 2> poses{first_.lattice_from_station(), lattice_from_second};
   Descent descent(first_, second_, poses, options, &planes);
   for (std::size_t place = 0; place < first_.roots(); ++place) {
-    const auto cell =
-        std::span(entries_).subspan(begins_[place], begins_[place + 1] - begins_[place]);
-    if (cell.empty()) continue;
-    descent.Split(first_.Root(place), cell, OctreeCells::RootCell(first_.RootKey(place)), 0);
+    const auto clusters =
+        std::span(by_root_).subspan(begins_[place], begins_[place + 1] - begins_[place]);
+    if (clusters.empty()) continue;
+    cell_.clear();
+    for (const std::uint32_t i : clusters) cell_.push_back({i, OctreeCells::Path(keys_[i])});
+    descent.Split(first_.Root(place), cell_, OctreeCells::RootCell(first_.RootKey(place)), 0);
   }
   return planes;
 }

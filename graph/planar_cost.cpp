@@ -198,7 +198,7 @@ const NormalEquations& NormalEquationsAssembler::Assemble(const PlanarProblem& p
   system_.cost = 0.0;
   system_.gradient.setZero(unknowns);
   system_.matrix.setZero(unknowns, unknowns);
-  constexpr std::size_t kBatch = 8192;  // planes whose terms are in memory at a time
+  constexpr std::size_t kBatch = 2048;  // planes whose terms are in memory at a time
   for (std::size_t begin = 0; begin < problem.planes.size(); begin += kBatch) {
     const std::size_t count = std::min(kBatch, problem.planes.size() - begin);
     AddPlanes(problem, problem.planes.subspan(begin, count), poses);

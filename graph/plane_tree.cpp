@@ -17,13 +17,15 @@ struct KeyedEntry {
 };
 
 /// By root cell, path and cluster.
-std::vector<KeyedEntry> SortIntoCells(const SubcellFinder& subcells) {
+std::vector<KeyedEntry> SortIntoCells(const ClusterList& clusters, const SubcellFinder& subcells) {
   std::vector<KeyedEntry> entries;
-  entries.reserve(subcells.size());
-  for (std::uint32_t i = 0; i < subcells.size(); ++i) {
-    const std::uint64_t key = subcells.keys()[i];
-    entries.push_back({OctreeCells::Root(key), {i, OctreeCells::Path(key)}});
-  }
+  entries.reserve(clusters.size());
+  subcells.ForRuns(clusters, [&](std::size_t first, std::span<const std::uint64_t> keys) {
+    for (std::size_t i = 0; i < keys.size(); ++i) {
+      entries.push_back({OctreeCells::Root(keys[i]),
+                         {static_cast<std::uint32_t>(first + i), OctreeCells::Path(keys[i])}});
+    }
+  });
   std::sort(entries.begin(), entries.end(), [](const KeyedEntry& a, const KeyedEntry& b) {
     if (a.root != b.root) return a.root < b.root;
     return a.entry.path != b.entry.path ? a.entry.path < b.entry.path
@@ -38,15 +40,14 @@ PlaneTree::PlaneTree(const ClusterList& clusters, const RigidTransform& lattice_
                      const PlaneSearchOptions& options)
     : options_(options), lattice_from_station_(lattice_from_station) {
   BACKSIGHT_CHECK(options.max_depth <= OctreeCells::kDepth, "cells are split three times");
-  SubcellFinder subcells(clusters);
-  subcells.Find(lattice_from_station, options.root_edge_m);
-  const std::vector<KeyedEntry> sorted = SortIntoCells(subcells);
+  const std::vector<KeyedEntry> sorted =
+      SortIntoCells(clusters, {lattice_from_station, options.root_edge_m});
   std::vector<PathEntry> cell;
   for (std::size_t i = 0; i < sorted.size();) {
     cell.clear();
     const std::uint64_t root = sorted[i].root;
     for (; i < sorted.size() && sorted[i].root == root; ++i) cell.push_back(sorted[i].entry);
-    const std::uint32_t node = AddNode(cell, clusters);
+    const std::uint32_t node = AddNode(cell, 0, clusters);
     if (node == kNone) continue;
     root_keys_.push_back(root);
     root_nodes_.push_back(node);
@@ -56,16 +57,18 @@ PlaneTree::PlaneTree(const ClusterList& clusters, const RigidTransform& lattice_
   MakeSlots();
 }
 
-/// kNone where there is not enough.
-std::uint32_t PlaneTree::AddNode(std::span<const PathEntry> entries, const ClusterList& clusters) {
+/// kNone where no plane can come of it.
+std::uint32_t PlaneTree::AddNode(std::span<const PathEntry> entries, int depth,
+                                 const ClusterList& clusters) {
   ClusterSum sum;
   for (const PathEntry& entry : entries) sum.Add(clusters[entry.cluster]);
   const PointCluster local = sum.Sum();
   if (!HasEnough(local.count, static_cast<int>(entries.size()), options_)) return kNone;
   PlaneFit fit;
   FitPlanes(std::span(&local, 1), /*normals=*/false, std::span(&fit, 1));
-  nodes_.push_back(
-      {.mean = local.mean, .spread = ClusterSpread(local), .is_planar = IsPlanar(fit, options_)});
+  const bool is_planar = IsPlanar(fit, options_);
+  if (!is_planar && depth == options_.max_depth) return kNone;
+  nodes_.push_back({.mean = local.mean, .spread = ClusterSpread(local), .is_planar = is_planar});
   return static_cast<std::uint32_t>(nodes_.size() - 1);
 }
 
@@ -84,7 +87,7 @@ void PlaneTree::AddChildren(std::uint32_t node, std::span<const PathEntry> entri
   const auto first = static_cast<std::uint32_t>(nodes_.size());
   nodes_[node].first_child = first;
   for (std::uint32_t octant = 0; octant < 8; ++octant) {
-    if (of_octant[octant].empty() || AddNode(of_octant[octant], clusters) == kNone) continue;
+    if (of_octant[octant].empty() || AddNode(of_octant[octant], depth, clusters) == kNone) continue;
     nodes_[node].octants |= static_cast<std::uint8_t>(1U << octant);
   }
   std::uint32_t child = first;

@@ -14,8 +14,9 @@
 namespace backsight {
 
 /// Sums what a station has in the root cells of a lattice and in their octants, once for all
-/// searches that it takes part in (FindPairPlanes). Only what HasEnough is kept. Time O(n log n)
-/// for n clusters, memory 64 bytes for each cell or octant kept.
+/// searches that it takes part in (PairPlaneSearch). Only what HasEnough is kept, and of the
+/// deepest octants only those that are planar. Time O(n log n) for n clusters, memory 64 bytes for
+/// each cell or octant kept.
 class PlaneTree {
  public:
   struct Node {
@@ -40,11 +41,11 @@ class PlaneTree {
   std::uint64_t RootKey(std::size_t place) const { return root_keys_[place]; }
   /// The place of the cell OctreeCells::Root among the roots, which ascend.
   std::optional<std::uint32_t> FindRoot(std::uint64_t key) const;
-  /// What is in an octant, null where there is not enough.
+  /// What is in an octant, null where there is not enough for a plane.
   const Node* Child(const Node& node, std::uint32_t octant) const;
 
  private:
-  std::uint32_t AddNode(std::span<const PathEntry> entries, const ClusterList& clusters);
+  std::uint32_t AddNode(std::span<const PathEntry> entries, int depth, const ClusterList& clusters);
   void AddChildren(std::uint32_t node, std::span<const PathEntry> entries, int depth,
                    const ClusterList& clusters);
   void MakeSlots();

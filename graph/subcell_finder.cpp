@@ -6,30 +6,34 @@
 #include "graph/subcell_kernels.h"
 
 namespace backsight {
+namespace {
 
-SubcellFinder::SubcellFinder(const ClusterList& clusters) : keys_(clusters.size()) {
-  if (const auto means = clusters.means()) {
-    means_ = *means;
-    return;
-  }
-  copied_.reserve(clusters.size());
-  for (std::size_t i = 0; i < clusters.size(); ++i) copied_.push_back(clusters.Mean(i));
-  means_ = copied_;
-}
-
-void SubcellFinder::Find(const RigidTransform& lattice_from_clusters, double root_edge_m) {
-  if (means_.empty()) return;
+LatticeMotion MotionOf(const RigidTransform& transform) {
   LatticeMotion motion;
   for (Eigen::Index row = 0; row < 3; ++row) {
     for (Eigen::Index column = 0; column < 3; ++column) {
-      motion.rotation[static_cast<std::size_t>(3 * row + column)] =
-          lattice_from_clusters.rotation(row, column);
+      motion.rotation[static_cast<std::size_t>(3 * row + column)] = transform.rotation(row, column);
     }
-    motion.translation[static_cast<std::size_t>(row)] = lattice_from_clusters.translation[row];
+    motion.translation[static_cast<std::size_t>(row)] = transform.translation[row];
+  }
+  return motion;
+}
+
+}  // namespace
+
+/// The keys of as many clusters from `first` as there is room for.
+void SubcellFinder::Find(const ClusterList& clusters, std::size_t first,
+                         std::span<std::uint64_t> keys) const {
+  std::array<Eigen::Vector3d, kRun> copied;  // where they do not lie one after another
+  const Eigen::Vector3d* means = copied.data();
+  if (const auto all = clusters.means()) {
+    means = all->data() + first;
+  } else {
+    for (std::size_t i = 0; i < keys.size(); ++i) copied[i] = clusters.Mean(first + i);
   }
   static_assert(sizeof(Eigen::Vector3d) == 3 * sizeof(double));
-  FindSubcells(means_.front().data(), means_.size(), motion,
-               std::ldexp(root_edge_m, -OctreeCells::kDepth), keys_.data());
+  FindSubcells(means->data(), keys.size(), MotionOf(lattice_from_clusters_),
+               std::ldexp(root_edge_m_, -OctreeCells::kDepth), keys.data());
 }
 
 }  // namespace backsight

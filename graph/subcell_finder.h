@@ -1,33 +1,40 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 #include "core/rigid_transform.h"
 #include "graph/cluster_list.h"
 
 namespace backsight {
 
-/// The subcells of a lattice (OctreeCells) that clusters' means lie in under one motion after
-/// another. Memory 8 bytes for each cluster, 32 where they are not VoxelLeaves.
+/// The subcells of a lattice (OctreeCells) that clusters' means lie in under one motion.
 class SubcellFinder {
  public:
-  /// The clusters must outlive it.
-  explicit SubcellFinder(const ClusterList& clusters);
-  SubcellFinder(const SubcellFinder&) = delete;  // means_ may lie in copied_
-  SubcellFinder& operator=(const SubcellFinder&) = delete;
+  SubcellFinder(const RigidTransform& lattice_from_clusters, double root_edge_m)
+      : lattice_from_clusters_(lattice_from_clusters), root_edge_m_(root_edge_m) {}
 
-  std::size_t size() const { return keys_.size(); }
-  /// Sets `keys` to the subcells of the lattice of root cells with edge `root_edge_m`.
-  void Find(const RigidTransform& lattice_from_clusters, double root_edge_m);
-  const std::vector<std::uint64_t>& keys() const { return keys_; }
+  /// Calls `use(first, keys)` for one run of clusters after another, the first of each and its
+  /// subcells' keys, so that nobody needs to keep all keys.
+  template <class Use>
+  void ForRuns(const ClusterList& clusters, Use use) const {
+    std::array<std::uint64_t, kRun> keys;
+    for (std::size_t first = 0; first < clusters.size(); first += kRun) {
+      const auto run = std::span(keys).first(std::min(kRun, clusters.size() - first));
+      Find(clusters, first, run);
+      use(first, std::span<const std::uint64_t>(run));
+    }
+  }
 
  private:
-  std::vector<Eigen::Vector3d> copied_;
-  std::span<const Eigen::Vector3d> means_;
-  std::vector<std::uint64_t> keys_;
+  static constexpr std::size_t kRun = 512;
+  void Find(const ClusterList& clusters, std::size_t first, std::span<std::uint64_t> keys) const;
+
+  RigidTransform lattice_from_clusters_;
+  double root_edge_m_;
 };
 
 }  // namespace backsight

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <numeric>
+
 #include "core/random.h"
 #include "core/voxel_grid.h"
 #include "graph/octree_cells.h"
@@ -15,7 +17,10 @@ TEST(SubcellFinder, FindsTheCellsOfTheLatticeForAnyNumberOfClusters) {
   constexpr double kRootEdge = 1.3;
   const VoxelLattice fine{.edge_m = kRootEdge / 8.0};
   Random random(4);
-  for (std::size_t count = 0; count < 40; ++count) {
+  std::vector<std::size_t> counts(40);
+  std::iota(counts.begin(), counts.end(), std::size_t{0});
+  counts.insert(counts.end(), {511, 512, 513, 1100});  // runs end
+  for (const std::size_t count : counts) {
     VoxelLeaves leaves;
     std::vector<PointCluster> clusters;
     for (std::size_t i = 0; i < count; ++i) {
@@ -26,11 +31,15 @@ TEST(SubcellFinder, FindsTheCellsOfTheLatticeForAnyNumberOfClusters) {
     const RigidTransform motion = RandomTransform(random, 5.0);
     ForEachInstructionSet([&](const std::string& name) {
       for (const ClusterList& list : {ClusterList(leaves), ClusterList(clusters)}) {
-        SubcellFinder subcells(list);
-        subcells.Find(motion, kRootEdge);
-        ASSERT_EQ(subcells.size(), count);
+        std::vector<std::uint64_t> found;
+        SubcellFinder(motion, kRootEdge)
+            .ForRuns(list, [&](std::size_t first, std::span<const std::uint64_t> keys) {
+              ASSERT_EQ(first, found.size());
+              found.insert(found.end(), keys.begin(), keys.end());
+            });
+        ASSERT_EQ(found.size(), count);
         for (std::size_t i = 0; i < count; ++i) {
-          EXPECT_EQ(subcells.keys()[i], fine.Key(motion * clusters[i].mean)) << name << i;
+          EXPECT_EQ(found[i], fine.Key(motion * clusters[i].mean)) << name << i;
         }
       }
     });
