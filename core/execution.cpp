@@ -5,9 +5,11 @@
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_pipeline.h>
 #include <tbb/task_arena.h>
+#include <tbb/task_group.h>
 
 #include <algorithm>
 #include <thread>
+#include <utility>
 
 #include "core/error.h"
 
@@ -21,6 +23,24 @@ struct ExecutionContext::Arena {
   tbb::global_control limit;
   tbb::task_arena arena;
 };
+
+namespace {
+
+/// Whether this thread is at a task of some loop.
+thread_local bool in_task = false;
+
+class InTask {
+ public:
+  InTask() : before_(std::exchange(in_task, true)) {}
+  ~InTask() { in_task = before_; }
+  InTask(const InTask&) = delete;
+  InTask& operator=(const InTask&) = delete;
+
+ private:
+  bool before_;
+};
+
+}  // namespace
 
 ExecutionContext::ExecutionContext(int threads, std::uint64_t seed, EventSink* events,
                                    std::stop_token stop)
@@ -56,20 +76,46 @@ ExecutionContext ExecutionContext::WithTimeLimit(double seconds) const {
   return limited;
 }
 
+/// A nested loop is isolated: whoever waits for it takes up none of the outer loop's work
+/// meanwhile, whose time and memory would count as its own. The outermost is not: who waits for it
+/// has nothing else to do, and helps with the loops nested in it.
+void ExecutionContext::Execute(const std::function<void()>& loop) const {
+  arena_->arena.execute([&] {
+    if (in_task) {
+      tbb::this_task_arena::isolate(loop);
+    } else {
+      loop();
+    }
+  });
+}
+
 void ExecutionContext::ParallelFor(std::size_t n, const std::function<void(std::size_t)>& body,
                                    std::size_t grain) const {
-  const auto loop = [&] {
+  Execute([&] {
     tbb::parallel_for(
         tbb::blocked_range<std::size_t>(0, n, grain),
         [&](const tbb::blocked_range<std::size_t>& range) {
+          const InTask mark;
           CheckStop();
           for (std::size_t i = range.begin(); i != range.end(); ++i) body(i);
         },
         tbb::simple_partitioner());
-  };
-  // Isolated: whoever waits for a nested loop takes up none of the outer loop's work meanwhile,
-  // whose time and memory would count as its own.
-  arena_->arena.execute([&] { tbb::this_task_arena::isolate(loop); });
+  });
+}
+
+void ExecutionContext::RunTasks(const std::function<void(const Spawn& spawn)>& begin) const {
+  Execute([&] {
+    tbb::task_group group;
+    const Spawn spawn = [&](std::function<void()> task) {
+      group.run([this, task = std::move(task)] {
+        const InTask mark;
+        CheckStop();
+        task();
+      });
+    };
+    // In a task of its own, so that what it throws ends the group as what the others throw.
+    group.run_and_wait([&] { begin(spawn); });
+  });
 }
 
 std::size_t ExecutionContext::StreamSlots() const {
@@ -86,22 +132,27 @@ void ExecutionContext::Stream(std::size_t slots, const std::function<bool(std::s
   // used a slot before has left when it is used again.
   std::size_t next = 0;
   const auto source = [&](tbb::flow_control& flow) {
+    const InTask mark;
     CheckStop();
     const std::size_t slot = next++ % slots;
     if (!read(slot)) flow.stop();
     return slot;
   };
-  const auto pass = [&] {
+  const auto pass_on = [&](std::size_t slot) {
+    const InTask mark;
+    work(slot);
+    return slot;
+  };
+  const auto sink = [&](std::size_t slot) {
+    const InTask mark;
+    write(slot);
+  };
+  Execute([&] {
     tbb::parallel_pipeline(
         slots, tbb::make_filter<void, std::size_t>(tbb::filter_mode::serial_in_order, source) &
-                   tbb::make_filter<std::size_t, std::size_t>(tbb::filter_mode::parallel,
-                                                              [&](std::size_t slot) {
-                                                                work(slot);
-                                                                return slot;
-                                                              }) &
-                   tbb::make_filter<std::size_t, void>(tbb::filter_mode::serial_in_order, write));
-  };
-  arena_->arena.execute([&] { tbb::this_task_arena::isolate(pass); });
+                   tbb::make_filter<std::size_t, std::size_t>(tbb::filter_mode::parallel, pass_on) &
+                   tbb::make_filter<std::size_t, void>(tbb::filter_mode::serial_in_order, sink));
+  });
 }
 
 void ExecutionContext::Send(EventSink::Level level, std::string_view text) const {

@@ -51,6 +51,13 @@ class ExecutionContext {
   void ParallelFor(std::size_t n, const std::function<void(std::size_t)>& body,
                    std::size_t grain = 1) const;
 
+  /// Takes a task, to be run by any thread.
+  using Spawn = std::function<void(std::function<void()> task)>;
+  /// Runs what `begin` spawns, and what those tasks spawn, on all threads, until all have ended.
+  /// `spawn` may be used by any of them, but not after. Calls CheckStop before every task. The
+  /// first exception is rethrown, and tasks not begun by then never are.
+  void RunTasks(const std::function<void(const Spawn& spawn)>& begin) const;
+
   /// How many slots keep all threads of Stream busy.
   std::size_t StreamSlots() const;
   /// Passes work through `slots` (>= 1) places of the caller's, numbered from 0: `read` fills one
@@ -63,6 +70,7 @@ class ExecutionContext {
 
  private:
   struct Arena;
+  void Execute(const std::function<void()>& loop) const;
   void Send(EventSink::Level level, std::string_view text) const;
 
   std::shared_ptr<Arena> arena_;

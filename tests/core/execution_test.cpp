@@ -158,6 +158,79 @@ TEST(ParallelFor, Nests) {
   }
 }
 
+/// Waits until `count` has come to `wanted`, but not for ever.
+bool Reaches(const std::atomic<int>& count, int wanted) {
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+  while (count < wanted && std::chrono::steady_clock::now() < deadline) std::this_thread::yield();
+  return count >= wanted;
+}
+
+TEST(ParallelFor, WhoWaitsForTheOutermostLoopHelpsWithNestedOnes) {
+  const ExecutionContext context(2);
+  const auto caller = std::this_thread::get_id();
+  std::atomic<int> outside = 0;
+  std::atomic<int> inside = 0;
+  std::atomic<bool> met = false;
+  context.ParallelFor(2, [&](std::size_t) {
+    ++outside;
+    ASSERT_TRUE(Reaches(outside, 2)) << "both threads have a body";
+    if (std::this_thread::get_id() == caller) return;
+    context.ParallelFor(2, [&](std::size_t) {
+      ++inside;
+      if (Reaches(inside, 2)) met = true;
+    });
+  });
+  EXPECT_TRUE(met) << "the caller left the other thread alone";
+}
+
+TEST(RunTasks, RunsWhatTasksSpawnAndWhatTheySpawn) {
+  for (const int threads : {1, 4}) {
+    const ExecutionContext context(threads);
+    std::atomic<int> runs = 0;
+    context.RunTasks([&](const ExecutionContext::Spawn& spawn) {
+      for (int i = 0; i < 20; ++i) {
+        spawn([&] {
+          ++runs;
+          context.ParallelFor(5, [&](std::size_t) { ++runs; });
+          spawn([&] { spawn([&] { ++runs; }); });
+        });
+      }
+    });
+    EXPECT_EQ(runs, 20 * 7);
+  }
+}
+
+TEST(RunTasks, RethrowsWhateverThrewAndStaysUsable) {
+  for (const int threads : {1, 4}) {
+    const ExecutionContext context(threads);
+    const auto fail = [] { throw std::runtime_error("broken"); };
+    using Spawn = ExecutionContext::Spawn;
+    EXPECT_THROW(context.RunTasks([&](const Spawn& spawn) { spawn(fail); }), std::runtime_error);
+    EXPECT_THROW(context.RunTasks([&](const Spawn& spawn) { spawn([&] { spawn(fail); }); }),
+                 std::runtime_error);
+    EXPECT_THROW(context.RunTasks([&](const Spawn& spawn) {
+      spawn([] {});
+      fail();
+    }),
+                 std::runtime_error);
+    int runs = 0;
+    context.RunTasks([&](const Spawn& spawn) { spawn([&] { ++runs; }); });
+    EXPECT_EQ(runs, 1);
+  }
+}
+
+TEST(RunTasks, EndsWhereAStopIsRequested) {
+  std::stop_source stop;
+  const ExecutionContext context(2, 0, nullptr, stop.get_token());
+  std::atomic<int> runs = 0;
+  const std::function<void(const ExecutionContext::Spawn&)> go_on =
+      [&](const ExecutionContext::Spawn& spawn) {
+        if (++runs == 10) stop.request_stop();
+        spawn([&] { go_on(spawn); });
+      };
+  EXPECT_THROW(context.RunTasks(go_on), Interrupted);
+}
+
 TEST(ParallelFor, ResultsDoNotDependOnThreads) {
   const auto run = [](int threads) {
     const ExecutionContext context(threads);
