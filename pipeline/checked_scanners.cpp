@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "core/archive.h"
 #include "core/error.h"
@@ -79,16 +80,17 @@ bool RanToTheirEnds(const std::vector<Pair>& pairs) {
 }  // namespace
 
 PairDiscovery DiscoverWithCheckedScanners(const PairUnits& units, const PairSpec& spec,
-                                          std::vector<Station>* stations) {
+                                          RegisteredPairs early, std::vector<Station>* stations) {
   BACKSIGHT_CHECK(stations == &units.stations(), "the units' own stations are described anew");
   const ArtifactStore& store = units.store();
   const ArtifactKey key = ScannersKey({units.options(), units.context().seed()}, *stations, spec);
   std::vector<int> forgotten = LoadArtifact(store, kScannersName, key, FromBytes<std::vector<int>>)
                                    .value_or(std::vector<int>());
   for (const int s : forgotten) TryToForget(units, s, stations);
+  if (!forgotten.empty()) early.clear();
   bool whole = true;  // what follows a fault is not for other runs
   while (true) {
-    PairDiscovery discovery = DiscoverPairs(units, spec);
+    PairDiscovery discovery = DiscoverPairs(units, spec, std::exchange(early, {}));
     whole = whole && RanToTheirEnds(discovery.pairs);
     const std::optional<int> misplaced = FindMisplaced(units, discovery);
     if (!misplaced || !TryToForget(units, *misplaced, stations)) return discovery;

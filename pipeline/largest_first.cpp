@@ -1,38 +1,11 @@
 #include "pipeline/largest_first.h"
 
 #include <algorithm>
-#include <atomic>
 #include <map>
-#include <numeric>
-#include <tuple>
+
+#include "pipeline/work_queue.h"
 
 namespace backsight {
-
-namespace {
-
-/// The indices of the `keys`, the largest key's first; equal ones ascend.
-template <class Key>
-std::vector<std::size_t> Descending(const std::vector<Key>& keys) {
-  std::vector<std::size_t> order(keys.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return keys[a] > keys[b]; });
-  return order;
-}
-
-void RunInOrder(const std::vector<std::size_t>& order, const ExecutionContext& context,
-                const std::function<void(std::size_t)>& body) {
-  // Whoever is free takes the next; the loop's own index follows another order.
-  std::atomic<std::size_t> next = 0;
-  context.ParallelFor(order.size(), [&](std::size_t) { body(order[next++]); });
-}
-
-}  // namespace
-
-void LargestFirst(const std::vector<double>& weights, const ExecutionContext& context,
-                  const std::function<void(std::size_t)>& body) {
-  RunInOrder(Descending(weights), context, body);
-}
 
 void LargestGroupsFirst(const std::vector<GroupedWork>& works, const ExecutionContext& context,
                         const std::function<void(std::size_t)>& body) {
@@ -41,12 +14,13 @@ void LargestGroupsFirst(const std::vector<GroupedWork>& works, const ExecutionCo
     double& largest = of_group[work.group];
     largest = std::max(largest, work.weight);
   }
-  std::vector<std::tuple<double, int, double>> keys;  // equal groups stay apart
-  keys.reserve(works.size());
-  for (const GroupedWork& work : works) {
-    keys.emplace_back(of_group[work.group], work.group, work.weight);
+  WorkQueue queue(context);
+  for (std::size_t i = 0; i < works.size(); ++i) {
+    const GroupedWork& work = works[i];
+    queue.Add({.group_weight = of_group[work.group], .group = work.group, .weight = work.weight},
+              [&body, i] { body(i); });
   }
-  RunInOrder(Descending(keys), context, body);
+  queue.Run();
 }
 
 }  // namespace backsight

@@ -6,63 +6,32 @@
 #include <atomic>
 #include <map>
 #include <set>
+#include <utility>
 
 #include "pipeline/artifacts/pair_artifact.h"
 #include "pipeline/candidate_links.h"
 #include "pipeline/largest_first.h"
+#include "pipeline/pair_prospects.h"
 #include "pipeline/pair_rankings.h"
 #include "stages/link_structure.h"
 #include "stages/overlap_prediction.h"
 #include "stages/pair_selection.h"
-#include "stages/station_priors.h"
 
 namespace backsight {
 namespace {
 
-using IdPairs = std::vector<std::pair<std::string, std::string>>;
-
 std::size_t At(int index) { return static_cast<std::size_t>(index); }
-
-/// Both orders of every listed pair.
-std::set<std::pair<std::string, std::string>> BothWays(const IdPairs& list) {
-  std::set<std::pair<std::string, std::string>> both;
-  for (const auto& [a, b] : list) both.emplace(a, b), both.emplace(b, a);
-  return both;
-}
-
-std::vector<PairProspect> ListCandidates(const std::vector<Station>& stations,
-                                         const PairSpec& spec) {
-  const auto included = BothWays(spec.include);
-  const auto excluded = BothWays(spec.exclude);
-  std::vector<PairProspect> candidates;
-  for (std::size_t t = 0; t < stations.size(); ++t) {
-    for (std::size_t s = t + 1; s < stations.size(); ++s) {
-      const Station& source = stations[s];
-      const Station& target = stations[t];
-      if (!source.usable() || !target.usable()) continue;
-      PairProspect candidate;
-      candidate.source = static_cast<int>(s);
-      candidate.target = static_cast<int>(t);
-      candidate.required = included.contains({source.spec.id, target.spec.id});
-      candidate.excluded = excluded.contains({source.spec.id, target.spec.id});
-      candidate.too_far = source.spec.prior && target.spec.prior &&
-                          ArePriorsTooFar(*source.spec.prior, *target.spec.prior,
-                                          std::max(source.record.extent_m, target.record.extent_m));
-      candidates.push_back(candidate);
-    }
-  }
-  return candidates;
-}
 
 /// The state of one discovery.
 class Discovery {
  public:
-  Discovery(const PairUnits& units, const PairSpec& spec)
+  Discovery(const PairUnits& units, const PairSpec& spec, RegisteredPairs early)
       : units_(units),
         stations_(units.stations()),
         options_(units.options()),
         context_(units.context()),
-        candidates_(ListCandidates(stations_, spec)),
+        early_(std::move(early)),
+        candidates_(ListProspects(stations_, spec)),
         pairs_(candidates_.size()),
         predicted_with_(candidates_.size()) {
     for (std::size_t i = 0; i < candidates_.size(); ++i) {
@@ -168,15 +137,18 @@ class Discovery {
   }
 
   void Register(const PairBatch& batch) {
-    std::atomic<std::size_t> done = tried_;
     const std::size_t total = tried_ + batch.pairs.size();
     context_.Progress("pairs", tried_, total);
+    const std::vector<std::size_t> left = TakeEarly(batch);
+    std::atomic<std::size_t> done = total - left.size();
+    if (done > tried_) context_.Progress("pairs", done, total);
     std::vector<GroupedWork> works;  // the planes of a target are made once for all its pairs
-    for (const std::size_t i : batch.pairs) {
+    works.reserve(left.size());
+    for (const std::size_t i : left) {
       works.push_back({candidates_[i].target, LeavesOf(candidates_[i])});
     }
     LargestGroupsFirst(works, context_, [&](std::size_t k) {
-      RegisterOne(batch.method, batch.pairs[k]);
+      RegisterOne(batch.method, left[k]);
       context_.Progress("pairs", ++done, total);
     });
     tried_ = total;
@@ -185,6 +157,23 @@ class Discovery {
     (batch.method == PairMethod::kPredicted ? predicted_ : full_) += count;
     if (batch.method == PairMethod::kThorough) thorough_ += count;
     context_.Debug(fmt::format("pairs: {} {}", count, Name(batch.method)));
+  }
+
+  /// What was registered beside the stations; returns the others.
+  std::vector<std::size_t> TakeEarly(const PairBatch& batch) {
+    if (batch.method != PairMethod::kFull) return batch.pairs;
+    std::vector<std::size_t> left;
+    for (const std::size_t i : batch.pairs) {
+      const auto found = early_.find({candidates_[i].source, candidates_[i].target});
+      if (found == early_.end()) {
+        left.push_back(i);
+        continue;
+      }
+      BeginAttempt(batch.method, i);
+      pairs_[i] = std::move(found->second);
+      early_.erase(found);
+    }
+    return left;
   }
 
   /// Of both stations, which says roughly how long the pair takes.
@@ -295,6 +284,7 @@ class Discovery {
   const std::vector<Station>& stations_;
   const SurveyOptions& options_;
   const ExecutionContext& context_;
+  RegisteredPairs early_;  // not taken yet
   std::vector<PairProspect> candidates_;
   std::vector<Pair> pairs_;  // by candidate; the last attempt worth keeping
   std::vector<std::optional<RigidTransform>> predicted_with_;
@@ -309,12 +299,12 @@ class Discovery {
 
 }  // namespace
 
-PairDiscovery DiscoverPairs(const PairUnits& units, const PairSpec& spec) {
-  return Discovery(units, spec).Run();
+PairDiscovery DiscoverPairs(const PairUnits& units, const PairSpec& spec, RegisteredPairs early) {
+  return Discovery(units, spec, std::move(early)).Run();
 }
 
 DiscoveryFrontier FindFrontier(const PairUnits& units, const PairSpec& spec) {
-  return Discovery(units, spec).Replay();
+  return Discovery(units, spec, {}).Replay();
 }
 
 }  // namespace backsight

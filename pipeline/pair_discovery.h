@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "pipeline/artifacts/pair_units.h"
+#include "pipeline/early_pairs.h"
 #include "pipeline/pair_pipeline.h"
 #include "stages/network_solution.h"
 
@@ -46,8 +47,9 @@ struct DiscoveryFrontier {
 /// where the stations are few, otherwise the most similar ones until the network is connected and
 /// controlled, then those that its poses predict. `spec.include` pairs are tried in any case,
 /// `spec.exclude` never. Accepted motions that contradict the stations' priors become rejected.
-/// The same pairs in the same order for any number of threads.
-PairDiscovery DiscoverPairs(const PairUnits& units, const PairSpec& spec);
+/// `early` are not registered again. The same pairs in the same order for any number of threads.
+PairDiscovery DiscoverPairs(const PairUnits& units, const PairSpec& spec,
+                            RegisteredPairs early = {});
 
 /// Goes through the same discovery as far as the store holds its results, and registers nothing.
 DiscoveryFrontier FindFrontier(const PairUnits& units, const PairSpec& spec);

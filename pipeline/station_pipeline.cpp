@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <memory>
 #include <system_error>
+#include <utility>
 
 #include "core/error.h"
 #include "core/fingerprint.h"
@@ -15,7 +16,6 @@
 #include "pipeline/artifacts/fault_record.h"
 #include "pipeline/artifacts/load_artifact.h"
 #include "pipeline/artifacts/station_artifact.h"
-#include "pipeline/largest_first.h"
 #include "stages/station_symmetries.h"
 
 namespace backsight {
@@ -154,24 +154,41 @@ void LoadGuarded(const SurveyOptions& options, const ExecutionContext& context,
             StationKey({options, context.seed()}, station->spec, scan), station->fault);
 }
 
-/// Sizes of the scan files, which say roughly how long their stations take.
-std::vector<double> ScanBytes(const std::vector<StationSpec>& specs) {
-  std::vector<double> bytes;
-  for (const StationSpec& spec : specs) {
-    std::error_code error;
-    const auto size = std::filesystem::file_size(spec.scan, error);
-    bytes.push_back(error ? 0.0 : static_cast<double>(size));
-  }
-  return bytes;
+/// Of the scan file, which says roughly how long the station takes.
+double ScanBytes(const StationSpec& spec) {
+  std::error_code error;
+  const auto size = std::filesystem::file_size(spec.scan, error);
+  return error ? 0.0 : static_cast<double>(size);
 }
 
-Station MakeStation(const StationSpec& spec, const std::shared_ptr<LastPlanes>& last_planes) {
+Station MakeStation(const StationSpec& spec, PreparedStation prepared) {
   Station station;
   station.spec = spec;
-  station.prepared = PreparedStation(last_planes);
+  station.prepared = std::move(prepared);
   station.record.station = spec.id;
   station.record.path = spec.scan;
   return station;
+}
+
+/// Loads stations, the largest scans first, and does meanwhile what `loaded` adds.
+void LoadSideBySide(const SurveyOptions& options, const ExecutionContext& context,
+                    const ArtifactStore& store, const StationLoaded& loaded,
+                    ScanFingerprints* scans, std::vector<Station>* stations) {
+  std::atomic<std::size_t> done = 0;
+  context.Progress("stations", 0, stations->size());
+  WorkQueue queue(context);
+  for (std::size_t i = 0; i < stations->size(); ++i) {
+    constexpr int kBeforeOthers = 1;
+    Station& station = (*stations)[i];
+    queue.Add({.rank = kBeforeOthers, .weight = ScanBytes(station.spec)}, [&, i] {
+      LoadGuarded(options, context, store, scans, &station);
+      if (station.usable() && loaded) loaded(i, &queue);
+      const std::size_t ended = ++done;
+      context.Progress("stations", ended, stations->size());
+      if (ended == stations->size()) queue.Clear();
+    });
+  }
+  queue.Run();
 }
 
 }  // namespace
@@ -190,29 +207,37 @@ void ForgetScanner(const SurveyOptions& options, const ExecutionContext& context
   *station = std::move(forgetful);
 }
 
-std::vector<Station> LoadStations(const std::vector<StationSpec>& specs,
-                                  const SurveyOptions& options, const ExecutionContext& context,
-                                  const ArtifactStore& store) {
+std::vector<Station> ListStations(const std::vector<StationSpec>& specs) {
   std::vector<Station> stations;
   stations.reserve(specs.size());
   const auto last_planes = std::make_shared<LastPlanes>();
-  for (const StationSpec& spec : specs) stations.push_back(MakeStation(spec, last_planes));
+  for (const StationSpec& spec : specs) {
+    stations.push_back(MakeStation(spec, PreparedStation(last_planes)));
+  }
+  return stations;
+}
+
+void LoadStations(const SurveyOptions& options, const ExecutionContext& context,
+                  const ArtifactStore& store, const StationLoaded& loaded,
+                  std::vector<Station>* stations) {
   ScanFingerprints scans(store);
-  std::atomic<std::size_t> done = 0;
-  context.Progress("stations", 0, specs.size());
-  LargestFirst(ScanBytes(specs), context, [&](std::size_t i) {
-    LoadGuarded(options, context, store, &scans, &stations[i]);
-    context.Progress("stations", ++done, specs.size());
-  });
-  for (Station& station : stations) {  // what found no memory beside others, alone
+  LoadSideBySide(options, context, store, loaded, &scans, stations);
+  for (Station& station : *stations) {  // what found no memory beside others, alone
     if (!station.short_of_memory) continue;
-    station = MakeStation(station.spec, last_planes);
+    station = MakeStation(station.spec, std::move(station.prepared));
     LoadGuarded(options, context, store, &scans, &station);
   }
-  RefuseCopies(&stations);
-  for (const Station& station : stations) {
+  RefuseCopies(stations);
+  for (const Station& station : *stations) {
     if (!station.usable()) context.Warning("station " + station.spec.id + ": " + station.fault);
   }
+}
+
+std::vector<Station> LoadStations(const std::vector<StationSpec>& specs,
+                                  const SurveyOptions& options, const ExecutionContext& context,
+                                  const ArtifactStore& store) {
+  std::vector<Station> stations = ListStations(specs);
+  LoadStations(options, context, store, {}, &stations);
   return stations;
 }
 

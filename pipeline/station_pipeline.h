@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -12,6 +13,7 @@
 #include "pipeline/artifacts/scan_fingerprints.h"
 #include "pipeline/prepared_station.h"
 #include "pipeline/survey_options.h"
+#include "pipeline/work_queue.h"
 #include "stages/cloud_agreement.h"
 #include "stages/station_model.h"
 #include "stages/surface.h"
@@ -49,9 +51,19 @@ struct Station {
   Surface surface() const { return {model, features.normals, features.scanner_credible}; }
 };
 
+/// The stations before they are loaded.
+std::vector<Station> ListStations(const std::vector<StationSpec>& specs);
+
+/// Told of every station that is there and usable, from any thread; works that it adds are begun
+/// where no station waits for a thread, and only until the last one is there.
+using StationLoaded = std::function<void(std::size_t station, WorkQueue* queue)>;
+
 /// Reads and describes all stations, side by side. A station whose scan equals an earlier station's
 /// is refused as a copy: it would register perfectly and prove nothing. What the store holds is not
 /// computed again. Throws StorageFailure where it does not take what was computed.
+void LoadStations(const SurveyOptions& options, const ExecutionContext& context,
+                  const ArtifactStore& store, const StationLoaded& loaded,
+                  std::vector<Station>* stations);
 std::vector<Station> LoadStations(const std::vector<StationSpec>& specs,
                                   const SurveyOptions& options, const ExecutionContext& context,
                                   const ArtifactStore& store = {});

@@ -15,6 +15,7 @@
 #include "pipeline/checked_scanners.h"
 #include "pipeline/cloud_outputs.h"
 #include "pipeline/distance_records.h"
+#include "pipeline/early_pairs.h"
 #include "pipeline/georeference_network.h"
 #include "pipeline/map_output.h"
 #include "pipeline/output_files.h"
@@ -73,7 +74,12 @@ SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
   SurveyRun run;
   StageClock clock(context, &run.times);
 
-  std::vector<Station> stations = LoadStations(project.stations, options, context, store);
+  std::vector<Station> stations = ListStations(project.stations);
+  const PairUnits units(stations, options, context, store, project.resources.pair_limit_s);
+  EarlyPairs early(units, project.pairs);
+  const auto join_pairs = [&](std::size_t s, WorkQueue* queue) { early.Join(s, queue); };
+  LoadStations(options, context, store, last == Stage::kStations ? StationLoaded() : join_pairs,
+               &stations);
   for (const Station& station : stations) run.scan_fingerprints.push_back(station.scan.fingerprint);
   RequireMemory(stations);
   clock.Finish("stations");
@@ -82,8 +88,8 @@ SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
     return run;
   }
 
-  const PairUnits units(stations, options, context, store, project.resources.pair_limit_s);
-  PairDiscovery discovery = DiscoverWithCheckedScanners(units, project.pairs, &stations);
+  PairDiscovery discovery =
+      DiscoverWithCheckedScanners(units, project.pairs, early.Take(), &stations);
   ChallengeSymmetries(units, &discovery.pairs);
   ForgetPrepared(&stations);
   clock.Finish("pairs");

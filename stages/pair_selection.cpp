@@ -298,6 +298,10 @@ PairBatch NextPairs(int stations, Candidates candidates, const PairSelectionOpti
   return Selector(stations, candidates, options).Next();
 }
 
+bool IsCertain(const PairProspect& pair, int stations, const PairSelectionOptions& options) {
+  return IsOpenForFull(pair) && (pair.required || IsExhaustive(stations, options));
+}
+
 std::string SkipReason(const PairProspect& candidate, const PairSelectionOptions& options) {
   if (candidate.tried_full || candidate.tried_predicted) return "";
   if (candidate.excluded) return "excluded";

@@ -84,6 +84,10 @@ PairBatch NextPairs(int stations, std::span<const PairProspect> candidates,
 /// True if every pair is registered fully.
 bool IsExhaustive(int stations, const PairSelectionOptions& options);
 
+/// True if NextPairs has the untried pair registered fully whatever becomes of all others, of
+/// `stations` or fewer that are usable.
+bool IsCertain(const PairProspect& pair, int stations, const PairSelectionOptions& options);
+
 /// Why a candidate was never tried, as a reason code of links.csv: excluded, prior_too_far,
 /// redundant (predicted to overlap, but both ends have links enough), no_overlap (the poses predict
 /// too little of it), not_similar (its stations stay apart, and others were more alike). Empty

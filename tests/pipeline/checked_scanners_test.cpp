@@ -69,7 +69,7 @@ class CheckedScanners : public testing::TestWithParam<int> {
 
   PairDiscovery Discover(HallStations* hall) {
     return DiscoverWithCheckedScanners(PairUnits(hall->stations, options_, context_, store_), {},
-                                       &hall->stations);
+                                       {}, &hall->stations);
   }
 
   static std::size_t Accepted(const PairDiscovery& discovery, std::size_t station) {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
+#include <set>
 #include <string>
 
 #include "core/random.h"
@@ -146,6 +147,77 @@ TEST(PairDiscovery, TheSamePairsForAnyNumberOfThreads) {
               four.pairs[i].best()->fine.target_from_source.Matrix());
   }
   EXPECT_EQ(Reasons(one), Reasons(four));
+}
+
+/// What is registered beside stations that come in this order.
+RegisteredPairs RegisterEarly(const std::vector<Station>& stations, const PairSpec& spec,
+                              const SurveyOptions& options, const ExecutionContext& context,
+                              const std::vector<std::size_t>& order) {
+  const ArtifactStore store;
+  const PairUnits units(stations, options, context, store);
+  EarlyPairs early(units, spec);
+  WorkQueue queue(context);
+  for (const std::size_t s : order) {
+    queue.Add({.rank = 1}, [&early, &queue, s] { early.Join(s, &queue); });
+  }
+  queue.Run();
+  return early.Take();
+}
+
+std::set<std::pair<int, int>> PairsOf(const RegisteredPairs& registered) {
+  std::set<std::pair<int, int>> pairs;
+  for (const auto& [stations, pair] : registered) pairs.insert(stations);
+  return pairs;
+}
+
+using StationPairs = std::set<std::pair<int, int>>;
+
+TEST(EarlyPairs, AreTheOnesThatAreTriedInAnyCase) {
+  Yards yards(3, 1);
+  for (std::size_t s = 0; s < 4; ++s) yards.stations[s].content_fingerprint = std::to_string(s);
+  const ExecutionContext context(2);
+  const auto pairs = [&](const PairSpec& spec, const SurveyOptions& options,
+                         const std::vector<std::size_t>& order) {
+    return PairsOf(RegisterEarly(yards.stations, spec, options, context, order));
+  };
+  PairSpec spec;
+  spec.exclude = {{"S1", "S2"}};
+  EXPECT_EQ(pairs(spec, {}, {2, 0, 3, 1}), (StationPairs{{2, 0}, {3, 0}, {2, 1}, {3, 1}, {3, 2}}));
+  EXPECT_EQ(pairs(spec, {}, {3, 0}), (StationPairs{{3, 0}})) << "the others are not there";
+  EXPECT_EQ(pairs(spec, Growing(), {0, 1, 2, 3}), StationPairs());
+  spec.include = {{"S4", "S1"}};
+  EXPECT_EQ(pairs(spec, Growing(), {0, 1, 2, 3}), (StationPairs{{3, 0}}));
+
+  yards.stations[2].content_fingerprint = yards.stations[0].content_fingerprint;
+  EXPECT_EQ(pairs({}, {}, {0, 2}), StationPairs()) << "one of them will be refused as a copy";
+}
+
+TEST(EarlyPairs, AreNotRegisteredAgainAndChangeNothing) {
+  Yards yards(3, 1);
+  for (std::size_t s = 0; s < 4; ++s) yards.stations[s].content_fingerprint = std::to_string(s);
+  const ExecutionContext context(2);
+  const PairDiscovery plain = Discover(yards.stations, {}, {}, context);
+  RegisteredPairs early = RegisterEarly(yards.stations, {}, {}, context, {1, 3, 0});
+  ASSERT_EQ(early.size(), 3U);
+  early.at({3, 0}).further_fault = "told apart by this";
+  const ArtifactStore store;
+  const PairDiscovery found =
+      DiscoverPairs(PairUnits(yards.stations, {}, context, store), {}, std::move(early));
+  ASSERT_EQ(found.pairs.size(), plain.pairs.size());
+  EXPECT_EQ(found.full, plain.full);
+  for (std::size_t i = 0; i < plain.pairs.size(); ++i) {
+    const Pair& ours = found.pairs[i];
+    const Pair& expected = plain.pairs[i];
+    const bool marked = ours.source == 3 && ours.target == 0;
+    EXPECT_EQ(ours.further_fault.empty(), !marked);
+    EXPECT_EQ(ours.source, expected.source);
+    EXPECT_EQ(ours.target, expected.target);
+    ASSERT_EQ(ours.candidates.size(), expected.candidates.size());
+    for (std::size_t c = 0; c < ours.candidates.size(); ++c) {
+      EXPECT_EQ(ours.candidates[c].fine.target_from_source.Matrix(),
+                expected.candidates[c].fine.target_from_source.Matrix());
+    }
+  }
 }
 
 TEST(PairDiscovery, ExcludedPairsAreSkippedAndIncludedOnesTried) {

@@ -320,6 +320,35 @@ TEST(PairSelection, ExcludedPairsAreNeverTriedRequiredOnesAlwaysAndFirst) {
   }
 }
 
+TEST(PairSelection, CertainPairsAreRegisteredWhateverTheOthersGive) {
+  for (const int stations : {6, 12, 13, 25}) {
+    std::size_t certain = 0;
+    for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+      World world =
+          MakeWorld(seed, stations, 5.0, 0.5, /*success=*/static_cast<double>(seed) / 6.0);
+      Random random(seed);
+      for (PairProspect& pair : world.candidates) {
+        pair.required = random.Uniform() < 0.05;
+        pair.excluded = random.Uniform() < 0.1;
+        pair.too_far = random.Uniform() < 0.2;
+      }
+      const std::vector<PairProspect> before = world.candidates;
+      Play({}, &world);
+      for (std::size_t i = 0; i < before.size(); ++i) {
+        const PairProspect& after = world.candidates[i];
+        if (IsCertain(before[i], stations, {})) {
+          EXPECT_TRUE(after.tried_full);
+          ++certain;
+        } else if (stations <= 12) {
+          EXPECT_FALSE(after.tried_full) << "nothing is uncertain where all pairs are tried";
+        }
+        EXPECT_FALSE(IsCertain(after, stations, {})) << "it was tried, or never may be";
+      }
+    }
+    EXPECT_GT(certain, 10U) << stations;
+  }
+}
+
 TEST(PairSelection, EqualKnowledgeGivesEqualPairs) {
   World a = MakeWorld(9, 70, 9.0, 0.3, 0.8);
   World b = a;

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <mutex>
+#include <utility>
+#include <vector>
+
+#include "pipeline/artifacts/pair_units.h"
+#include "pipeline/pair_prospects.h"
+#include "pipeline/work_queue.h"
+
+namespace backsight {
+
+/// Pairs that were registered in full, by source and target.
+using RegisteredPairs = std::map<std::pair<int, int>, Pair>;
+
+/// Registers pairs beside the loading of stations: those that a discovery registers in full
+/// whatever ranks say (IsCertain), each as soon as both of its stations are there.
+class EarlyPairs {
+ public:
+  /// Both must outlive it.
+  EarlyPairs(const PairUnits& units, const PairSpec& spec);
+
+  /// The station is there and usable: its pairs with those that were there before join the queue,
+  /// behind stations. From any thread.
+  void Join(std::size_t station, WorkQueue* queue);
+
+  /// What was registered, once no work is left.
+  RegisteredPairs Take() { return std::move(registered_); }
+
+ private:
+  void Register(int source, int target);
+
+  const PairUnits& units_;
+  PairRules rules_;
+  std::mutex mutex_;
+  std::vector<std::size_t> there_;
+  RegisteredPairs registered_;
+};
+
+}  // namespace backsight
