@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -23,57 +24,107 @@ struct WeightedPlace {
 };
 
 /// Points with their normals by place, padded. Those without a normal lie far away.
-using PointColumns = std::array<std::vector<float>, 6>;
-
-PointColumns MakeColumns(const LeafGrid& grid, std::span<const Eigen::Vector3f> normals) {
-  PointColumns columns{grid.Axis(0), grid.Axis(1), grid.Axis(2)};
-  for (std::size_t axis = 3; axis < 6; ++axis) columns[axis].resize(columns[0].size(), 0.0F);
-  for (std::size_t place = 0; place < grid.size(); ++place) {
-    const Eigen::Vector3f& normal = normals[grid.LeafAt(place)];
-    if (!normal.allFinite()) {
-      columns[0][place] = LeafGrid::kFarAway;
-      continue;
-    }
-    columns[3][place] = normal.x();
-    columns[4][place] = normal.y();
-    columns[5][place] = normal.z();
-  }
-  return columns;
-}
-
-/// Neighbours with a normal of every key point, by `slot_at` (key point at a place, kNone if none).
-std::vector<std::vector<WeightedPlace>> NeighborsOfKeypoints(
-    const LeafGrid& grid, const PointColumns& columns, const std::vector<std::uint32_t>& slot_at,
-    std::size_t keypoints, double radius_m, const ExecutionContext& context) {
-  std::vector<std::uint32_t> places(grid.size() + LeafGrid::kPadding);
-  std::iota(places.begin(), places.end(), 0U);
-  std::vector<std::vector<WeightedPlace>> neighbors(keypoints);
-  grid.ForCells(context, [&](LeafGrid::Range cells) {
-    BallSearch search(grid, radius_m);
-    std::vector<std::uint32_t> candidates;
-    for (std::uint32_t cell = cells.begin; cell < cells.end; ++cell) {
-      const LeafGrid::Range range = grid.Cell(cell);
-      bool entered = false;
-      for (std::uint32_t place = range.begin; place < range.end; ++place) {
-        if (slot_at[place] == kNone) continue;
-        if (!entered) {
-          search.EnterCell(cell);
-          search.Gather(places, kNone, &candidates);
-          entered = true;
-        }
-        const auto around = search.Around(place);
-        const auto squared = search.SquaredDistances(place);
-        auto& found = neighbors[slot_at[place]];
-        found.reserve(around.size());
-        for (const std::uint32_t j : around) {
-          if (squared[j] == 0.0F || columns[0][candidates[j]] == LeafGrid::kFarAway) continue;
-          found.push_back({candidates[j], 1.0F / squared[j]});
-        }
+class OrientedPlaces {
+ public:
+  OrientedPlaces(const LeafGrid& grid, std::span<const Eigen::Vector3f> normals)
+      : grid_(grid), x_(grid.Axis(0)) {
+    for (std::vector<float>& column : normals_) column.resize(x_.size(), 0.0F);
+    for (std::size_t place = 0; place < grid.size(); ++place) {
+      const Eigen::Vector3f& normal = normals[grid.LeafAt(place)];
+      if (!normal.allFinite()) {
+        x_[place] = LeafGrid::kFarAway;
+        continue;
+      }
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        normals_[axis][place] = normal[static_cast<Eigen::Index>(axis)];
       }
     }
-  });
-  return neighbors;
+  }
+
+  static constexpr std::size_t kColumns = 6;  // x, y, z and the normal's
+  const std::vector<float>& Column(std::size_t c) const {
+    if (c == 0) return x_;
+    return c < 3 ? grid_.Axis(c) : normals_[c - 3];
+  }
+  bool HasNormal(std::size_t place) const { return x_[place] != LeafGrid::kFarAway; }
+
+ private:
+  const LeafGrid& grid_;
+  std::vector<float> x_;
+  std::array<std::vector<float>, 3> normals_;
+};
+
+/// The key points by place; kNone where there is none.
+std::vector<std::uint32_t> KeypointsByPlace(const LeafGrid& grid,
+                                            std::span<const std::uint32_t> keypoints) {
+  std::vector<std::uint32_t> of_leaf(grid.size(), kNone);
+  for (std::size_t k = 0; k < keypoints.size(); ++k) {
+    of_leaf[keypoints[k]] = static_cast<std::uint32_t>(k);
+  }
+  std::vector<std::uint32_t> by_place(grid.size());
+  for (std::size_t place = 0; place < grid.size(); ++place) {
+    by_place[place] = of_leaf[grid.LeafAt(place)];
+  }
+  return by_place;
 }
+
+/// Finds the neighbours of key points that have a normal. Finding them twice takes less than to
+/// remember them.
+class KeypointNeighbors {
+ public:
+  /// `at`: the key points by place. All must outlive it.
+  KeypointNeighbors(const LeafGrid& grid, const OrientedPlaces& oriented,
+                    const std::vector<std::uint32_t>& at, double radius_m)
+      : grid_(grid),
+        oriented_(oriented),
+        at_(at),
+        radius_m_(radius_m),
+        places_(grid.size() + LeafGrid::kPadding) {
+    std::iota(places_.begin(), places_.end(), 0U);
+  }
+
+  /// Calls use(keypoint, neighbors) for every key point, from several threads.
+  template <class Use>
+  void ForAll(const ExecutionContext& context, Use use) const {
+    grid_.ForCells(context, [&](LeafGrid::Range cells) {
+      BallSearch search(grid_, radius_m_);
+      std::vector<std::uint32_t> candidates;
+      std::vector<WeightedPlace> neighbors;
+      for (std::uint32_t cell = cells.begin; cell < cells.end; ++cell) {
+        const LeafGrid::Range range = grid_.Cell(cell);
+        bool entered = false;
+        for (std::uint32_t place = range.begin; place < range.end; ++place) {
+          if (at_[place] == kNone) continue;
+          if (!entered) {
+            search.EnterCell(cell);
+            search.Gather(places_, kNone, &candidates);
+            entered = true;
+          }
+          Find(place, candidates, &search, &neighbors);
+          use(at_[place], std::span<const WeightedPlace>(neighbors));
+        }
+      }
+    });
+  }
+
+ private:
+  void Find(std::uint32_t place, const std::vector<std::uint32_t>& candidates, BallSearch* search,
+            std::vector<WeightedPlace>* neighbors) const {
+    const auto around = search->Around(place);
+    const auto squared = search->SquaredDistances(place);
+    neighbors->clear();
+    for (const std::uint32_t j : around) {
+      if (squared[j] == 0.0F || !oriented_.HasNormal(candidates[j])) continue;
+      neighbors->push_back({candidates[j], 1.0F / squared[j]});
+    }
+  }
+
+  const LeafGrid& grid_;
+  const OrientedPlaces& oriented_;
+  const std::vector<std::uint32_t>& at_;
+  double radius_m_;
+  std::vector<std::uint32_t> places_;
+};
 
 /// SPFH of a point as it was counted: 72 bytes, its bins would take 132. Beyond 65535 neighbours
 /// counts lose their last digits.
@@ -96,30 +147,30 @@ struct SimpleHistogram {
 /// SPFH of the points of one cell after another.
 class SpfhComputer {
  public:
-  SpfhComputer(const LeafGrid& grid, const PointColumns& columns, double radius_m)
-      : columns_(columns), search_(grid, radius_m) {}
+  SpfhComputer(const LeafGrid& grid, const OrientedPlaces& oriented, double radius_m)
+      : oriented_(oriented), search_(grid, radius_m) {}
 
   void EnterCell(std::size_t cell) {
     search_.EnterCell(cell);
-    for (std::size_t c = 0; c < columns_.size(); ++c) {
-      search_.Gather(columns_[c], LeafGrid::kFarAway, &candidates_[c]);
+    for (std::size_t c = 0; c < candidates_.size(); ++c) {
+      search_.Gather(oriented_.Column(c), LeafGrid::kFarAway, &candidates_[c]);
     }
   }
 
   /// The point must have a normal.
   SimpleHistogram Compute(std::size_t place) const {
-    const auto& [x, y, z, nx, ny, nz] = columns_;
+    const auto at = [&](std::size_t c) { return oriented_.Column(c)[place]; };
     return SimpleHistogram(CountPairs(
-        {x[place], y[place], z[place], nx[place], ny[place], nz[place]},
+        {at(0), at(1), at(2), at(3), at(4), at(5)},
         {candidates_[0].data(), candidates_[1].data(), candidates_[2].data(), candidates_[3].data(),
          candidates_[4].data(), candidates_[5].data(), search_.padded_count()},
         search_.squared_radius()));
   }
 
  private:
-  const PointColumns& columns_;
+  const OrientedPlaces& oriented_;
   BallSearch search_;
-  PointColumns candidates_;
+  std::array<std::vector<float>, OrientedPlaces::kColumns> candidates_;
 };
 
 struct SimpleHistograms {
@@ -127,21 +178,24 @@ struct SimpleHistograms {
   std::vector<SimpleHistogram> rows;
 };
 
-SimpleHistograms ComputeNeeded(const LeafGrid& grid, const PointColumns& columns,
-                               const std::vector<std::vector<WeightedPlace>>& needed,
-                               double radius_m, const ExecutionContext& context) {
+SimpleHistograms ComputeNeeded(const LeafGrid& grid, const OrientedPlaces& oriented,
+                               const KeypointNeighbors& neighbors, double radius_m,
+                               const ExecutionContext& context) {
   SimpleHistograms spfh;
   spfh.row_at.assign(grid.size(), kNone);
-  for (const auto& neighbors : needed) {
-    for (const WeightedPlace& neighbor : neighbors) spfh.row_at[neighbor.place] = 0;
-  }
+  neighbors.ForAll(context, [&](std::uint32_t /*keypoint*/, std::span<const WeightedPlace> around) {
+    for (const WeightedPlace& neighbor : around) {  // key points may share it
+      std::atomic_ref(spfh.row_at[neighbor.place]).store(0, std::memory_order_relaxed);
+    }
+  });
+  context.CheckStop();
   std::uint32_t rows = 0;
   for (std::uint32_t& row : spfh.row_at) {
     if (row != kNone) row = rows++;
   }
   spfh.rows.resize(rows);
   grid.ForCells(context, [&](LeafGrid::Range cells) {
-    SpfhComputer computer(grid, columns, radius_m);
+    SpfhComputer computer(grid, oriented, radius_m);
     for (std::uint32_t cell = cells.begin; cell < cells.end; ++cell) {
       const LeafGrid::Range range = grid.Cell(cell);
       bool entered = false;
@@ -156,7 +210,7 @@ SimpleHistograms ComputeNeeded(const LeafGrid& grid, const PointColumns& columns
   return spfh;
 }
 
-FpfhDescriptor Combine(const SimpleHistograms& spfh, const std::vector<WeightedPlace>& neighbors) {
+FpfhDescriptor Combine(const SimpleHistograms& spfh, std::span<const WeightedPlace> neighbors) {
   FpfhDescriptor sum{};
   for (const WeightedPlace& neighbor : neighbors) {
     const SimpleHistogram& row = spfh.rows[spfh.row_at[neighbor.place]];
@@ -178,23 +232,15 @@ std::vector<FpfhDescriptor> ComputeFpfh(const LeafGrid& grid,
                                         std::span<const Eigen::Vector3f> normals,
                                         std::span<const std::uint32_t> keypoints, double radius_m,
                                         const ExecutionContext& context) {
-  std::vector<std::uint32_t> slot_of_leaf(grid.size(), kNone);
-  for (std::size_t k = 0; k < keypoints.size(); ++k) {
-    slot_of_leaf[keypoints[k]] = static_cast<std::uint32_t>(k);
-  }
-  std::vector<std::uint32_t> slot_at(grid.size());
-  for (std::size_t place = 0; place < grid.size(); ++place) {
-    slot_at[place] = slot_of_leaf[grid.LeafAt(place)];
-  }
-  const PointColumns columns = MakeColumns(grid, normals);
-  const auto neighbors =
-      NeighborsOfKeypoints(grid, columns, slot_at, keypoints.size(), radius_m, context);
-  context.CheckStop();
-  const SimpleHistograms spfh = ComputeNeeded(grid, columns, neighbors, radius_m, context);
+  const std::vector<std::uint32_t> keypoint_at = KeypointsByPlace(grid, keypoints);
+  const OrientedPlaces oriented(grid, normals);
+  const KeypointNeighbors neighbors(grid, oriented, keypoint_at, radius_m);
+  const SimpleHistograms spfh = ComputeNeeded(grid, oriented, neighbors, radius_m, context);
   context.CheckStop();
   std::vector<FpfhDescriptor> descriptors(keypoints.size());
-  context.ParallelFor(
-      keypoints.size(), [&](std::size_t k) { descriptors[k] = Combine(spfh, neighbors[k]); }, 64);
+  neighbors.ForAll(context, [&](std::uint32_t k, std::span<const WeightedPlace> around) {
+    descriptors[k] = Combine(spfh, around);
+  });
   return descriptors;
 }
 
