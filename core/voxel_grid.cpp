@@ -21,7 +21,7 @@ void VoxelClusterer::Add(std::uint64_t key, const Eigen::Vector3d& d) {
 
 std::size_t VoxelClusterer::SlotOf(std::uint64_t key) const {
   std::size_t slot = KeySlot(key, slots_.size() - 1);
-  while (slots_[slot].voxel != kNone && slots_[slot].key != key) {
+  while (slots_[slot] != kNone && sums_[slots_[slot]].key != key) {
     slot = (slot + 1) & (slots_.size() - 1);
   }
   return slot;
@@ -30,18 +30,18 @@ std::size_t VoxelClusterer::SlotOf(std::uint64_t key) const {
 /// A new one where there is none yet.
 std::uint32_t VoxelClusterer::VoxelOf(std::uint64_t key) {
   const std::size_t slot = SlotOf(key);
-  if (slots_[slot].voxel != kNone) return slots_[slot].voxel;
+  if (slots_[slot] != kNone) return slots_[slot];
   const auto voxel = static_cast<std::uint32_t>(sums_.size());
-  slots_[slot] = {key, voxel};
+  slots_[slot] = voxel;
   sums_.push_back({.key = key});
   if (2 * sums_.size() > slots_.size()) Grow();
   return voxel;
 }
 
 void VoxelClusterer::Grow() {
-  slots_.assign(2 * slots_.size(), {});
+  slots_.assign(2 * slots_.size(), kNone);
   for (std::uint32_t voxel = 0; voxel < sums_.size(); ++voxel) {
-    slots_[SlotOf(sums_[voxel].key)] = {sums_[voxel].key, voxel};
+    slots_[SlotOf(sums_[voxel].key)] = voxel;
   }
 }
 

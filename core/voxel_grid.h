@@ -64,6 +64,8 @@ class VoxelClusterer {
   std::size_t size() const { return sums_.size(); }
   std::uint64_t KeyOf(std::size_t voxel) const { return sums_[voxel].key; }
   PointCluster ClusterOf(std::size_t voxel) const;
+  /// Forgets where voxels are found by their keys: no point may be added any more.
+  void Close() { slots_ = {}; }
 
  private:
   struct Sums {
@@ -74,16 +76,13 @@ class VoxelClusterer {
   };
 
   static constexpr std::uint32_t kNone = ~0U;
-  struct Slot {
-    std::uint64_t key = 0;
-    std::uint32_t voxel = kNone;
-  };
   std::uint32_t VoxelOf(std::uint64_t key);
   std::size_t SlotOf(std::uint64_t key) const;
   void Grow();
 
   VoxelLattice lattice_;
-  std::vector<Slot> slots_ = std::vector<Slot>(64);  // a power of two, at most half of them taken
+  // Voxels by the hash of their keys; a power of two, at most half of them taken.
+  std::vector<std::uint32_t> slots_ = std::vector<std::uint32_t>(64, kNone);
   std::vector<Sums> sums_;
   std::uint64_t last_key_ = ~std::uint64_t{0};
   std::uint32_t last_voxel_ = 0;

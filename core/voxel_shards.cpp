@@ -38,13 +38,19 @@ void VoxelShards::Add(const Batch& batch, const ExecutionContext& context) {
   context.ParallelFor(kShards, add, kGrain);
 }
 
-VoxelLeaves VoxelShards::Finish() const {
+VoxelLeaves VoxelShards::Finish() {
+  std::size_t voxels = 0;
+  for (VoxelClusterer& shard : shards_) {
+    shard.Close();
+    voxels += shard.size();
+  }
   struct Place {
     std::uint64_t key;
     std::uint32_t shard;
     std::uint32_t voxel;
   };
   std::vector<Place> order;
+  order.reserve(voxels);
   for (std::uint32_t shard = 0; shard < kShards; ++shard) {
     for (std::uint32_t voxel = 0; voxel < shards_[shard].size(); ++voxel) {
       order.push_back({shards_[shard].KeyOf(voxel), shard, voxel});
@@ -53,10 +59,11 @@ VoxelLeaves VoxelShards::Finish() const {
   std::sort(order.begin(), order.end(),
             [](const Place& a, const Place& b) { return a.key < b.key; });
   VoxelLeaves leaves;
-  leaves.Reserve(order.size());
+  leaves.Reserve(voxels);
   for (const Place& place : order) {
     leaves.Add(place.key, shards_[place.shard].ClusterOf(place.voxel));
   }
+  shards_.clear();
   return leaves;
 }
 

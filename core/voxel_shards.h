@@ -45,8 +45,8 @@ class VoxelShards {
   /// Adds a sorted batch, on all threads. Batches must be added one after another.
   void Add(const Batch& batch, const ExecutionContext& context);
 
-  /// Sorted by key.
-  VoxelLeaves Finish() const;
+  /// Sorted by key; no more batches then.
+  VoxelLeaves Finish();
 
  private:
   std::vector<VoxelClusterer> shards_;

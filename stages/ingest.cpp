@@ -128,7 +128,7 @@ class Pass {
     return all;
   }
   const VoxelLattice& lattice() const { return lattice_; }
-  VoxelLeaves Leaves() const { return shards_ ? shards_->Finish() : VoxelLeaves(); }
+  VoxelLeaves TakeLeaves() { return shards_ ? shards_->Finish() : VoxelLeaves(); }
 
  private:
   void Begin(const PointChunk& points) {
@@ -216,7 +216,7 @@ IngestResult IngestScan(const std::string& station_id, ScanReader& reader,
   result.out_of_range = out.nearer + out.farther;
   result.model.id = station_id;
   result.model.lattice = pass.lattice();
-  result.model.leaves = pass.Leaves();
+  result.model.leaves = pass.TakeLeaves();
   result.model.min = extremes.min;
   result.model.max = extremes.max;
   result.model.points = extremes.points;
