@@ -53,7 +53,6 @@ PlaneTree::PlaneTree(const ClusterList& clusters, const RigidTransform& lattice_
     root_nodes_.push_back(node);
     AddChildren(node, cell, 1, clusters);
   }
-  nodes_.shrink_to_fit();
   MakeSlots();
 }
 
