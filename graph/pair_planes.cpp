@@ -21,26 +21,21 @@ class PairPlaneSearch::Descent {
           const PlaneSearchOptions& options, std::vector<PlaneAssociation>* planes)
       : tree_(tree), second_(second), options_(options), judge_(options, poses), planes_(planes) {}
 
-  /// `entries`, ascending by path, are what the second station has in the cell of `node`. `cell`:
-  /// its coordinates in cells of its own depth.
-  void Split(const PlaneTree::Node& node, std::span<const PathEntry> entries,
-             const Eigen::Vector3i& cell, int depth) {
+  /// `entries` are what the second station has in the cell of `node`, ascending; they come out in
+  /// another order. `cell`: its coordinates in cells of its own depth.
+  void Split(const PlaneTree::Node& node, std::span<PathEntry> entries, const Eigen::Vector3i& cell,
+             int depth) {
     if (!HasEnough(Points(entries), static_cast<int>(entries.size()), options_)) return;
     if (node.is_planar && Accept(node, entries, cell, depth)) return;
     if (depth == options_.max_depth) return;
-    for (std::size_t begin = 0; begin < entries.size();) {
-      const std::uint32_t octant = OctreeCells::Octant(entries[begin].path, depth + 1);
-      std::size_t end = begin;
-      while (end < entries.size() && OctreeCells::Octant(entries[end].path, depth + 1) == octant) {
-        ++end;
-      }
-      const auto its = entries.subspan(begin, end - begin);
-      begin = end;
+    const std::array<std::uint32_t, 9> begins = SortIntoOctants(entries, depth + 1);
+    for (std::uint32_t octant = 0; octant < 8; ++octant) {
       const PlaneTree::Node* child = tree_.Child(node, octant);
-      if (child == nullptr) continue;
+      if (child == nullptr || begins[octant] == begins[octant + 1]) continue;
       const Eigen::Vector3i low(static_cast<int>(octant >> 2U), static_cast<int>(octant >> 1U & 1U),
                                 static_cast<int>(octant & 1U));
-      Split(*child, its, 2 * cell + low, depth + 1);
+      Split(*child, entries.subspan(begins[octant], begins[octant + 1] - begins[octant]),
+            2 * cell + low, depth + 1);
     }
   }
 
@@ -50,6 +45,19 @@ class PairPlaneSearch::Descent {
     double points = 0.0;
     for (const PathEntry& entry : entries) points += second_.Count(entry.cluster);
     return points;
+  }
+
+  /// Brings the entries octant by octant, in their order; returns where each begins, and the end.
+  std::array<std::uint32_t, 9> SortIntoOctants(std::span<PathEntry> entries, int depth) {
+    std::array<std::uint32_t, 9> begins{};
+    for (const PathEntry& entry : entries) ++begins[OctreeCells::Octant(entry.path, depth) + 1];
+    std::partial_sum(begins.begin(), begins.end(), begins.begin());
+    unsorted_.assign(entries.begin(), entries.end());
+    std::array<std::uint32_t, 9> next = begins;
+    for (const PathEntry& entry : unsorted_) {
+      entries[next[OctreeCells::Octant(entry.path, depth)]++] = entry;
+    }
+    return begins;
   }
 
   bool Accept(const PlaneTree::Node& node, std::span<const PathEntry> entries,
@@ -70,6 +78,7 @@ class PairPlaneSearch::Descent {
   const ClusterList& second_;
   const PlaneSearchOptions& options_;
   PlaneJudge judge_;
+  std::vector<PathEntry> unsorted_;
   std::vector<PlaneAssociation>* planes_;
 };
 
@@ -78,7 +87,6 @@ PairPlaneSearch::PairPlaneSearch(const PlaneTree& first, const ClusterList& seco
       second_(second),
       keys_(second.size(), kFirstKey),
       places_(second.size(), first.FindRoot(OctreeCells::Root(kFirstKey)).value_or(kAlone)) {
-  by_path_.reserve(second.size());
   by_root_.reserve(second.size());
 }
 
@@ -106,25 +114,12 @@ void PairPlaneSearch::FindRoots(const SubcellFinder& subcells) {
   std::partial_sum(begins_.begin(), begins_.end(), begins_.begin());
 }
 
-/// The clusters in the first station's root cells, by path and number.
-void PairPlaneSearch::SortByPath() {
-  std::array<std::uint32_t, OctreeCells::kPaths + 1> next{};
-  for (std::size_t i = 0; i < keys_.size(); ++i) {
-    if (places_[i] != kAlone) ++next[OctreeCells::Path(keys_[i]) + 1];
-  }
-  std::partial_sum(next.begin(), next.end(), next.begin());
-  by_path_.resize(begins_.back());
-  for (std::uint32_t i = 0; i < keys_.size(); ++i) {
-    if (places_[i] != kAlone) by_path_[next[OctreeCells::Path(keys_[i])]++] = i;
-  }
-}
-
-/// Gathers the clusters in the first station's root cells. Sorted first by path and then, keeping
-/// that order, by root, they need not be compared.
+/// Gathers the clusters in the first station's root cells.
 void PairPlaneSearch::SortIntoRoots() {
-  SortByPath();
-  by_root_.resize(by_path_.size());
-  for (const std::uint32_t cluster : by_path_) by_root_[begins_[places_[cluster]]++] = cluster;
+  by_root_.resize(begins_.back());
+  for (std::uint32_t i = 0; i < places_.size(); ++i) {
+    if (places_[i] != kAlone) by_root_[begins_[places_[i]]++] = i;
+  }
   // Every begin has moved on to the next one.
   std::rotate(begins_.begin(), begins_.end() - 1, begins_.end());
   begins_.front() = 0;

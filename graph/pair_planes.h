@@ -10,7 +10,7 @@ namespace backsight {
 
 /// FindPlanes for two stations, the first of which a PlaneTree knows: for pairs, whose first
 /// station takes part in many, and which search again as the second one moves. Keeps its memory
-/// from search to search: up to 20 bytes for each cluster of the second.
+/// from search to search: 16 bytes for each cluster of the second.
 class PairPlaneSearch {
  public:
   /// Both must outlive it; the second station's clusters are in its own frame.
@@ -25,7 +25,6 @@ class PairPlaneSearch {
  private:
   class Descent;
   void FindRoots(const SubcellFinder& subcells);
-  void SortByPath();
   void SortIntoRoots();
 
   const PlaneTree& first_;
@@ -33,10 +32,8 @@ class PairPlaneSearch {
   // By cluster: its subcell in the last search, and its root's place among the first's.
   std::vector<std::uint64_t> keys_;
   std::vector<std::uint32_t> places_;
-  // Clusters.
-  std::vector<std::uint32_t> by_path_;  // and number
-  std::vector<std::uint32_t> by_root_;  // path and number
-  std::vector<std::uint32_t> begins_;   // of each root's clusters in `by_root_`
+  std::vector<std::uint32_t> by_root_;  // clusters, and ascending
+  std::vector<std::uint32_t> begins_;   // of each root's in it
   std::vector<PathEntry> cell_;
 };
 
