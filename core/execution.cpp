@@ -104,6 +104,7 @@ void ExecutionContext::ParallelFor(std::size_t n, const std::function<void(std::
 }
 
 void ExecutionContext::RunTasks(const std::function<void(const Spawn& spawn)>& begin) const {
+  BACKSIGHT_CHECK(!in_task, "what is spawned within nested loops would not be waited for");
   Execute([&] {
     tbb::task_group group;
     const Spawn spawn = [&](std::function<void()> task) {
@@ -114,7 +115,11 @@ void ExecutionContext::RunTasks(const std::function<void(const Spawn& spawn)>& b
       });
     };
     // In a task of its own, so that what it throws ends the group as what the others throw.
-    group.run_and_wait([&] { begin(spawn); });
+    group.run_and_wait([&] {
+      const InTask mark;
+      CheckStop();
+      begin(spawn);
+    });
   });
 }
 

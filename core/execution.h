@@ -54,8 +54,8 @@ class ExecutionContext {
   /// Takes a task, to be run by any thread.
   using Spawn = std::function<void(std::function<void()> task)>;
   /// Runs what `begin` spawns, and what those tasks spawn, on all threads, until all have ended.
-  /// `spawn` may be used by any of them, but not after. Calls CheckStop before every task. The
-  /// first exception is rethrown, and tasks not begun by then never are.
+  /// `spawn` may be used by any of them, but not after. Not within a loop or task. Calls CheckStop
+  /// before every task. The first exception is rethrown; tasks not begun by then never are.
   void RunTasks(const std::function<void(const Spawn& spawn)>& begin) const;
 
   /// How many slots keep all threads of Stream busy.

@@ -44,7 +44,7 @@ struct VoxelLattice {
 
 /// Gathers streamed points into voxel clusters. Sums are formed relative to the voxel's corner, so
 /// nothing cancels at large coordinates. The result is in the frame of the points, depends on their
-/// order only by rounding and is sorted by key. Time O(points), memory 88 bytes and 32 to 64 more
+/// order only by rounding and is sorted by key. Time O(points), memory 88 bytes and 8 to 16 more
 /// per occupied voxel.
 class VoxelClusterer {
  public:

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/error.h"
+
 namespace backsight {
 namespace {
 
@@ -28,6 +30,7 @@ void VoxelShards::Batch::Sort() {
 }
 
 void VoxelShards::Add(const Batch& batch, const ExecutionContext& context) {
+  BACKSIGHT_CHECK(!shards_.empty(), "the voxels have been handed out");
   constexpr std::size_t kGrain = 4;  // smaller tasks cost more than they share
   const auto add = [&](std::size_t shard) {
     for (std::size_t i = batch.begin_[shard]; i < batch.begin_[shard + 1]; ++i) {
@@ -39,6 +42,7 @@ void VoxelShards::Add(const Batch& batch, const ExecutionContext& context) {
 }
 
 VoxelLeaves VoxelShards::Finish() {
+  BACKSIGHT_CHECK(!shards_.empty(), "voxels are handed out once");
   std::size_t voxels = 0;
   for (VoxelClusterer& shard : shards_) {
     shard.Close();

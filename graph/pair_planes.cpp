@@ -10,7 +10,7 @@ namespace backsight {
 namespace {
 
 constexpr std::uint32_t kAlone = ~0U;
-constexpr std::uint64_t kFirstKey = 0;
+constexpr std::uint64_t kAnyKey = 0;
 
 }  // namespace
 
@@ -85,8 +85,8 @@ class PairPlaneSearch::Descent {
 PairPlaneSearch::PairPlaneSearch(const PlaneTree& first, const ClusterList& second)
     : first_(first),
       second_(second),
-      keys_(second.size(), kFirstKey),
-      places_(second.size(), first.FindRoot(OctreeCells::Root(kFirstKey)).value_or(kAlone)) {
+      keys_(second.size(), kAnyKey),
+      places_(second.size(), first.FindRoot(OctreeCells::Root(kAnyKey)).value_or(kAlone)) {
   by_root_.reserve(second.size());
 }
 
@@ -94,7 +94,7 @@ PairPlaneSearch::PairPlaneSearch(const PlaneTree& first, const ClusterList& seco
 /// each root. Most are in that of the last search.
 void PairPlaneSearch::FindRoots(const SubcellFinder& subcells) {
   begins_.assign(first_.roots() + 1, 0);
-  std::uint64_t last_root = OctreeCells::Root(kFirstKey);
+  std::uint64_t last_root = OctreeCells::Root(kAnyKey);
   std::uint32_t place = first_.FindRoot(last_root).value_or(kAlone);
   subcells.ForRuns(second_, [&](std::size_t begin, std::span<const std::uint64_t> keys) {
     for (std::size_t k = 0; k < keys.size(); ++k) {

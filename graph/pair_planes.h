@@ -32,7 +32,7 @@ class PairPlaneSearch {
   // By cluster: its subcell in the last search, and its root's place among the first's.
   std::vector<std::uint64_t> keys_;
   std::vector<std::uint32_t> places_;
-  std::vector<std::uint32_t> by_root_;  // clusters, and ascending
+  std::vector<std::uint32_t> by_root_;  // the clusters; those of one root ascend
   std::vector<std::uint32_t> begins_;   // of each root's in it
   std::vector<PathEntry> cell_;
 };

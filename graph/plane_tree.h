@@ -16,14 +16,14 @@ namespace backsight {
 /// Sums what a station has in the root cells of a lattice and in their octants, once for all
 /// searches that it takes part in (PairPlaneSearch). Only what HasEnough is kept, and of the
 /// deepest octants only those that are planar. Time O(n log n) for n clusters, memory 64 bytes for
-/// each cell or octant kept.
+/// each cell or octant kept, with room for twice as many at most.
 class PlaneTree {
  public:
   struct Node {
     Eigen::Vector3d mean;  ///< of all points in the cell, the station's frame
     ClusterSpread spread;
-    std::uint32_t first_child = 0;  ///< of those that have enough, one after the other
-    std::uint8_t octants = 0;       ///< those that have enough
+    std::uint32_t first_child = 0;  ///< of those that are kept, one after the other
+    std::uint8_t octants = 0;       ///< those that are kept
     bool is_planar = false;
 
     PointCluster Local() const { return spread.About(mean); }

@@ -86,8 +86,12 @@ PairDiscovery DiscoverWithCheckedScanners(const PairUnits& units, const PairSpec
   const ArtifactKey key = ScannersKey({units.options(), units.context().seed()}, *stations, spec);
   std::vector<int> forgotten = LoadArtifact(store, kScannersName, key, FromBytes<std::vector<int>>)
                                    .value_or(std::vector<int>());
-  for (const int s : forgotten) TryToForget(units, s, stations);
-  if (!forgotten.empty()) early.clear();
+  for (const int s : forgotten) {
+    if (!TryToForget(units, s, stations)) continue;
+    std::erase_if(early, [s](const auto& registered) {
+      return registered.first.first == s || registered.first.second == s;
+    });
+  }
   bool whole = true;  // what follows a fault is not for other runs
   while (true) {
     PairDiscovery discovery = DiscoverPairs(units, spec, std::exchange(early, {}));

@@ -23,14 +23,18 @@ class EarlyPairs {
   EarlyPairs(const PairUnits& units, const PairSpec& spec);
 
   /// The station is there and usable: its pairs with those that were there before join the queue,
-  /// behind stations. From any thread.
+  /// behind stations; but for those of stations that will be refused as copies. From any thread.
+  /// Where memory does not suffice for a pair, a discovery tries it again.
   void Join(std::size_t station, WorkQueue* queue);
 
   /// What was registered, once no work is left.
   RegisteredPairs Take() { return std::move(registered_); }
 
  private:
-  void Register(int source, int target);
+  bool IsCopy(std::size_t station);
+  void AddPair(std::size_t one, std::size_t other, WorkQueue* queue);
+  bool IsThere(std::size_t station);
+  void Register(std::size_t source, std::size_t target);
 
   const PairUnits& units_;
   PairRules rules_;

@@ -10,7 +10,7 @@
 
 #include "pipeline/artifacts/pair_artifact.h"
 #include "pipeline/candidate_links.h"
-#include "pipeline/largest_first.h"
+#include "pipeline/grouped_work.h"
 #include "pipeline/pair_prospects.h"
 #include "pipeline/pair_rankings.h"
 #include "stages/link_structure.h"
@@ -138,10 +138,9 @@ class Discovery {
 
   void Register(const PairBatch& batch) {
     const std::size_t total = tried_ + batch.pairs.size();
-    context_.Progress("pairs", tried_, total);
     const std::vector<std::size_t> left = TakeEarly(batch);
     std::atomic<std::size_t> done = total - left.size();
-    if (done > tried_) context_.Progress("pairs", done, total);
+    context_.Progress("pairs", done, total);
     std::vector<GroupedWork> works;  // the planes of a target are made once for all its pairs
     works.reserve(left.size());
     for (const std::size_t i : left) {

@@ -11,7 +11,7 @@
 #include "pipeline/artifacts/load_artifact.h"
 #include "pipeline/artifacts/pair_artifact.h"
 #include "pipeline/artifacts/pair_units.h"
-#include "pipeline/largest_first.h"
+#include "pipeline/grouped_work.h"
 #include "pipeline/pair_pipeline.h"
 #include "pipeline/station_pipeline.h"
 

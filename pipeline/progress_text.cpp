@@ -23,9 +23,9 @@ std::string RateText(double per_second) {
 }
 
 std::string ProgressText(std::string_view stage, std::size_t done, std::size_t total,
-                         double elapsed_s) {
+                         double elapsed_s, std::size_t before) {
   if (total <= 1) return StageText(stage, elapsed_s);
-  const double per_second = elapsed_s > 0.0 ? static_cast<double>(done) / elapsed_s : 0.0;
+  const double per_second = elapsed_s > 0.0 ? static_cast<double>(done - before) / elapsed_s : 0.0;
   std::string text =
       fmt::format("{:<14} {:>5} of {:<5} {:>8}  {}", stage, done, total,
                   per_second > 0.0 ? RateText(per_second) : "", DurationText(elapsed_s));

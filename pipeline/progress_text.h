@@ -13,10 +13,11 @@ std::string DurationText(double seconds);
 std::string RateText(double per_second);
 
 /// One line for people about a stage after `elapsed_s`, of which `done` of `total` units are
-/// finished: how many, how fast, for how long and, while it goes on, for how long still, as if all
-/// units took the same time. A stage of one unit has no count and no rate.
+/// finished, `before` of them before it began: how many, how fast, for how long and, while it goes
+/// on, for how long still, as if all units took the same time. A stage of one unit has no count and
+/// no rate.
 std::string ProgressText(std::string_view stage, std::size_t done, std::size_t total,
-                         double elapsed_s);
+                         double elapsed_s, std::size_t before = 0);
 
 /// The line of a stage that counts nothing.
 std::string StageText(std::string_view stage, double elapsed_s);

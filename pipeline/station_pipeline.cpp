@@ -184,11 +184,15 @@ void LoadSideBySide(const SurveyOptions& options, const ExecutionContext& contex
       LoadGuarded(options, context, store, scans, &station);
       if (station.usable() && loaded) loaded(i, &queue);
       const std::size_t ended = ++done;
-      context.Progress("stations", ended, stations->size());
-      if (ended == stations->size()) queue.Clear();
+      if (ended == stations->size()) {
+        queue.Clear();
+      } else {
+        context.Progress("stations", ended, stations->size());
+      }
     });
   }
   queue.Run();
+  context.Progress("stations", stations->size(), stations->size());
 }
 
 }  // namespace
@@ -207,13 +211,17 @@ void ForgetScanner(const SurveyOptions& options, const ExecutionContext& context
   *station = std::move(forgetful);
 }
 
+void ForgetPrepared(std::vector<Station>* stations) {
+  const auto last_planes = std::make_shared<LastPlanes>();
+  for (Station& station : *stations) station.prepared = PreparedStation(last_planes);
+  ReturnFreeMemory();
+}
+
 std::vector<Station> ListStations(const std::vector<StationSpec>& specs) {
   std::vector<Station> stations;
   stations.reserve(specs.size());
-  const auto last_planes = std::make_shared<LastPlanes>();
-  for (const StationSpec& spec : specs) {
-    stations.push_back(MakeStation(spec, PreparedStation(last_planes)));
-  }
+  for (const StationSpec& spec : specs) stations.push_back(MakeStation(spec, PreparedStation()));
+  ForgetPrepared(&stations);
   return stations;
 }
 
@@ -224,6 +232,7 @@ void LoadStations(const SurveyOptions& options, const ExecutionContext& context,
   LoadSideBySide(options, context, store, loaded, &scans, stations);
   for (Station& station : *stations) {  // what found no memory beside others, alone
     if (!station.short_of_memory) continue;
+    ForgetPrepared(stations);
     station = MakeStation(station.spec, std::move(station.prepared));
     LoadGuarded(options, context, store, &scans, &station);
   }

@@ -54,8 +54,11 @@ struct Station {
 /// The stations before they are loaded.
 std::vector<Station> ListStations(const std::vector<StationSpec>& specs);
 
+/// What pairs needed of the stations is made anew for those to come.
+void ForgetPrepared(std::vector<Station>* stations);
+
 /// Told of every station that is there and usable, from any thread; works that it adds are begun
-/// where no station waits for a thread, and only until the last one is there.
+/// where no station waits for a thread, and only until the last one is there. It throws nothing.
 using StationLoaded = std::function<void(std::size_t station, WorkQueue* queue)>;
 
 /// Reads and describes all stations, side by side. A station whose scan equals an earlier station's

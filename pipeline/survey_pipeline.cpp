@@ -47,12 +47,6 @@ void RequireMemory(const std::vector<Station>& stations) {
   throw NoRoom(fmt::format("stations: each of {} {}", short_of_memory, kShortOfMemory));
 }
 
-/// What pairs needed is not left to the stages after them.
-void ForgetPrepared(std::vector<Station>* stations) {
-  for (Station& station : *stations) station.prepared = PreparedStation();
-  ReturnFreeMemory();
-}
-
 /// The record of a run that was to end before there is a network.
 RunRecord EndedEarly(const std::vector<Station>& stations, Stage last, std::size_t pairs) {
   const auto usable = static_cast<std::size_t>(
@@ -91,7 +85,7 @@ SurveyRun RunSurvey(const SurveyProject& project, const SurveyOptions& options,
   PairDiscovery discovery =
       DiscoverWithCheckedScanners(units, project.pairs, early.Take(), &stations);
   ChallengeSymmetries(units, &discovery.pairs);
-  ForgetPrepared(&stations);
+  ForgetPrepared(&stations);  // the stages that follow need none of it
   clock.Finish("pairs");
   if (last == Stage::kPairs) {
     run.record = EndedEarly(stations, last, discovery.pairs.size());

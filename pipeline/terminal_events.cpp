@@ -51,7 +51,7 @@ void TerminalEvents::Progress(std::string_view stage, std::size_t done, std::siz
   if (verbosity_ == Verbosity::kQuiet) return;
   const std::scoped_lock lock(mutex_);
   const Time now = console_.now();
-  if (stage != stage_ || done == 0) BeginStage(stage, now);
+  if (stage != stage_ || done == 0) BeginStage(stage, done, now);
   if (done < done_) return;  // a slower thread's older news
   done_ = done;
   total_ = total;
@@ -84,9 +84,9 @@ void TerminalEvents::Abandon() {
   running_ = false;
 }
 
-void TerminalEvents::BeginStage(std::string_view stage, Time now) {
+void TerminalEvents::BeginStage(std::string_view stage, std::size_t done, Time now) {
   stage_ = stage;
-  done_ = 0;
+  done_ = before_ = done;
   stage_start_ = now;
   last_shown_ = now;
 }
@@ -120,7 +120,7 @@ void TerminalEvents::ClearLine() {
 
 std::string TerminalEvents::Text(Time now) const {
   return ProgressText(stage_, done_, total_,
-                      std::chrono::duration<double>(now - stage_start_).count());
+                      std::chrono::duration<double>(now - stage_start_).count(), before_);
 }
 
 }  // namespace backsight

@@ -40,7 +40,7 @@ class TerminalEvents : public EventSink {
  private:
   using Time = std::chrono::steady_clock::time_point;
 
-  void BeginStage(std::string_view stage, Time now);
+  void BeginStage(std::string_view stage, std::size_t done, Time now);
   void EndStage(Time now);
   void ShowRunning(Time now, std::chrono::milliseconds rewrite_after);
   void PrintLine(std::string_view text);
@@ -53,6 +53,7 @@ class TerminalEvents : public EventSink {
   std::string stage_;
   bool running_ = false;
   std::size_t done_ = 0, total_ = 0;
+  std::size_t before_ = 0;  // done when the stage began
   Time stage_start_, last_shown_;
   bool line_open_ = false;
 };

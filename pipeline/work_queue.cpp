@@ -27,12 +27,23 @@ void WorkQueue::RunFirst() {
 }
 
 void WorkQueue::Run() {
-  context_.RunTasks([this](const ExecutionContext::Spawn& spawn) {
-    const std::lock_guard lock(mutex_);
-    spawn_ = &spawn;
-    for (std::size_t i = 0; i < waiting_.size(); ++i) spawn([this] { RunFirst(); });
-  });
+  try {
+    context_.RunTasks([this](const ExecutionContext::Spawn& spawn) {
+      const std::lock_guard lock(mutex_);
+      spawn_ = &spawn;
+      for (std::size_t i = 0; i < waiting_.size(); ++i) spawn([this] { RunFirst(); });
+    });
+  } catch (...) {
+    End();
+    throw;
+  }
+  End();
+}
+
+void WorkQueue::End() {
+  const std::lock_guard lock(mutex_);
   spawn_ = nullptr;
+  waiting_.clear();
 }
 
 }  // namespace backsight

@@ -29,11 +29,13 @@ class WorkQueue {
   void Add(const Order& order, std::function<void()> work);
   /// Forgets what is not begun.
   void Clear();
-  /// Does all work and what it adds. The first exception is rethrown; nothing more is begun then.
+  /// Does all work and what it adds, not within a task of the context. The first exception is
+  /// rethrown; what is not begun then is forgotten.
   void Run();
 
  private:
   void RunFirst();
+  void End();
 
   const ExecutionContext& context_;
   std::mutex mutex_;

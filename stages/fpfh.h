@@ -19,9 +19,9 @@ namespace backsight {
 /// sum to 100. Like PCL, the weight is 1 / d^2 where Rusu has 1 / d, and p's own SPFH is not in the
 /// sum.
 ///
-/// `normals` by index of the grid's points, of unit length or NaN; `keypoints` are such indices. A
-/// descriptor is NaN where its key point has no neighbour to be described by. Memory 72 bytes per
-/// point near a key point; about 0.8 us for each of those with 250 neighbours.
+/// `normals` by index of the grid's points, of unit length or NaN; `keypoints` are such indices,
+/// each once. A descriptor is NaN where its key point has no neighbour to be described by. Memory
+/// 72 bytes per point near a key point; about 0.8 us for each of those with 250 neighbours.
 std::vector<FpfhDescriptor> ComputeFpfh(const LeafGrid& grid,
                                         std::span<const Eigen::Vector3f> normals,
                                         std::span<const std::uint32_t> keypoints, double radius_m,

@@ -71,7 +71,9 @@ class RunEvents(unittest.TestCase):
         for stage, units in (("stations", 4), ("pairs", 6)):  # pairs may be tried once more
             steps = [(event["done"], event["total"]) for event in events
                      if event["event"] == "progress" and event["stage"] == stage]
-            self.assertEqual(steps[0], (0, units))
+            self.assertEqual(steps[0][1], units)
+            if stage == "stations":  # pairs may be done beside them
+                self.assertEqual(steps[0][0], 0)
             self.assertEqual(steps[-1][0], steps[-1][1])
             self.assertEqual(steps, sorted(steps))
         times = [event["time_utc"] for event in events]

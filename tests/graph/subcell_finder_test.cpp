@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdint>
 #include <numeric>
+#include <span>
+#include <vector>
 
 #include "core/random.h"
 #include "core/voxel_grid.h"

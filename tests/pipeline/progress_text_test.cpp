@@ -31,6 +31,11 @@ TEST(ProgressText, LineStatesCountRateElapsedAndRemaining) {
   EXPECT_EQ(ProgressText("stations", 12, 12, 6.0), "stations          12 of 12       2.0/s  6.0 s");
 }
 
+TEST(ProgressText, RateIsOfWhatWasDoneSinceTheStageBegan) {
+  EXPECT_EQ(ProgressText("pairs", 8, 12, 3.0, /*before=*/5),
+            "pairs              8 of 12       1.0/s  3.0 s, about 4.0 s left");
+}
+
 TEST(ProgressText, LineClaimsNothingBeforeTheFirstUnit) {
   EXPECT_EQ(ProgressText("stations", 0, 12, 40.0), "stations           0 of 12              40 s");
   EXPECT_EQ(ProgressText("stations", 5, 12, 0.0), "stations           5 of 12              0.0 s");

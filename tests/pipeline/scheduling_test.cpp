@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "pipeline/largest_first.h"
+#include "pipeline/grouped_work.h"
 #include "pipeline/stage_clock.h"
 #include "pipeline/work_queue.h"
 
@@ -77,6 +77,9 @@ TEST(WorkQueue, RethrowsAndBeginsNothingMore) {
   queue.Add({.weight = 1.0}, [&] { ++runs; });
   EXPECT_THROW(queue.Run(), std::runtime_error);
   EXPECT_EQ(runs, 0);
+  queue.Add({}, [&] { ++runs; });
+  queue.Run();
+  EXPECT_EQ(runs, 1) << "it forgot what it had not begun";
 }
 
 TEST(LargestGroupsFirst, GroupsStayTogetherAndThatOfTheLargestComesFirst) {

@@ -1,4 +1,4 @@
-#include "pipeline/largest_first.h"
+#include "pipeline/grouped_work.h"
 
 #include <algorithm>
 #include <map>
