@@ -112,6 +112,25 @@ TEST_P(CheckedScanners, AreRememberedByTheNextRun) {
   }
 }
 
+TEST_P(CheckedScanners, TakeOverEarlyPairsButThoseOfTheForgottenStation) {
+  HallStations again = hall_;
+  Discover(&hall_);  // stores which one that is
+  RegisteredPairs early;
+  for (const int source : {1, static_cast<int>(kMoved)}) {
+    Pair pair;
+    pair.source = source;
+    pair.target = 0;
+    pair.further_fault = "early";
+    early.emplace(std::pair(source, 0), pair);
+  }
+  const PairDiscovery found = DiscoverWithCheckedScanners(
+      PairUnits(again.stations, options_, context_, store_), {}, std::move(early), &again.stations);
+  ASSERT_EQ(again.stations[kMoved].model.scanner_place, ScannerPlace::kUnknown);
+  for (const Pair& pair : found.pairs) {
+    EXPECT_EQ(pair.further_fault == "early", pair.source == 1 && pair.target == 0);
+  }
+}
+
 TEST_P(CheckedScanners, BelieveTheUser) {
   hall_.stations[kMoved].model.scanner_place = ScannerPlace::kGiven;
   const PairDiscovery discovery = Discover(&hall_);
