@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstddef>
-#include <map>
 #include <mutex>
 #include <utility>
 #include <vector>
@@ -11,9 +10,6 @@
 #include "pipeline/work_queue.h"
 
 namespace backsight {
-
-/// Pairs that were registered in full, by source and target.
-using RegisteredPairs = std::map<std::pair<int, int>, Pair>;
 
 /// Registers pairs beside the loading of stations: those that a discovery registers in full
 /// whatever ranks say (IsCertain), each as soon as both of its stations are there.

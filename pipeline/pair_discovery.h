@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "pipeline/artifacts/pair_units.h"
-#include "pipeline/early_pairs.h"
 #include "pipeline/pair_pipeline.h"
 #include "stages/network_solution.h"
 

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "pipeline/station_pipeline.h"
@@ -38,6 +40,9 @@ struct Pair {
   bool accepted() const { return verdict() == Verdict::kAccepted; }
   bool doubtful() const { return verdict() == Verdict::kDoubtful; }
 };
+
+/// Pairs that were registered in full, by source and target.
+using RegisteredPairs = std::map<std::pair<int, int>, Pair>;
 
 /// Confidence of a motion for spanning trees: planes times overlap.
 double LinkConfidence(const PairCandidate& candidate);
