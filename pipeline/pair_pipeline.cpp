@@ -7,18 +7,13 @@
 #include "pipeline/candidate_ranking.h"
 #include "pipeline/coarse_input.h"
 #include "pipeline/pair_clouds.h"
+#include "pipeline/pair_prospects.h"
 #include "stages/aligned_hypotheses.h"
 #include "stages/matching.h"
 #include "stages/station_priors.h"
 
 namespace backsight {
 namespace {
-
-bool IsExcluded(const PairSpec& spec, const std::string& a, const std::string& b) {
-  return std::any_of(spec.exclude.begin(), spec.exclude.end(), [&](const auto& pair) {
-    return (pair.first == a && pair.second == b) || (pair.first == b && pair.second == a);
-  });
-}
 
 /// Refines and verifies one motion.
 PairCandidate MakeCandidate(const PairClouds& clouds, CoarseCandidate coarse,
@@ -195,15 +190,11 @@ double LinkConfidence(const PairCandidate& candidate) {
 
 std::vector<Pair> PlanPairs(const std::vector<Station>& stations, const PairSpec& spec) {
   std::vector<Pair> pairs;
-  for (std::size_t t = 0; t < stations.size(); ++t) {
-    for (std::size_t s = t + 1; s < stations.size(); ++s) {
-      if (!stations[s].usable() || !stations[t].usable()) continue;
-      if (IsExcluded(spec, stations[s].spec.id, stations[t].spec.id)) continue;
-      Pair pair;
-      pair.source = static_cast<int>(s);
-      pair.target = static_cast<int>(t);
-      pairs.push_back(std::move(pair));
-    }
+  for (const PairProspect& prospect : ListProspects(stations, spec)) {
+    if (prospect.excluded) continue;
+    Pair& pair = pairs.emplace_back();
+    pair.source = prospect.source;
+    pair.target = prospect.target;
   }
   return pairs;
 }

@@ -28,18 +28,11 @@ constexpr const char* kBatchName = "slurm/batch";
 
 std::size_t At(int index) { return static_cast<std::size_t>(index); }
 
-/// All stations as the project has them, nothing of them loaded.
-std::vector<Station> Unloaded(const std::vector<StationSpec>& specs) {
-  std::vector<Station> stations(specs.size());
-  for (std::size_t s = 0; s < specs.size(); ++s) stations[s].spec = specs[s];
-  return stations;
-}
-
 /// Every pair that an exhaustive campaign registers if all its scans can be used.
 std::vector<Pair> AllPairs(const SurveyProject& project, const SurveyOptions& options) {
   const auto count = static_cast<int>(project.stations.size());
   if (!IsExhaustive(count, options.pair_selection)) return {};
-  return PlanPairs(Unloaded(project.stations), project.pairs);
+  return PlanPairs(ListStations(project.stations), project.pairs);
 }
 
 /// Stations keep their places, so that pairs are the same as in the whole run.
@@ -50,7 +43,7 @@ std::vector<Station> LoadSome(const std::vector<StationSpec>& specs, const std::
   some.reserve(wanted.size());
   for (const int s : wanted) some.push_back(specs[At(s)]);
   std::vector<Station> loaded = LoadStations(some, options, context, store);
-  std::vector<Station> stations = Unloaded(specs);
+  std::vector<Station> stations = ListStations(specs);
   std::size_t next = 0;
   for (const int s : wanted) stations[At(s)] = std::move(loaded[next++]);
   return stations;
