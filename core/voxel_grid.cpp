@@ -45,8 +45,7 @@ void VoxelClusterer::Grow() {
   }
 }
 
-PointCluster VoxelClusterer::ClusterOf(std::size_t voxel) const {
-  const Sums& s = sums_[voxel];
+PointCluster VoxelClusterer::ClusterOf(const Sums& s) const {
   const Eigen::Vector3d first(s.first[0], s.first[1], s.first[2]);
   Eigen::Matrix3d second;
   second << s.second[0], s.second[1], s.second[2], s.second[1], s.second[3], s.second[4],
@@ -57,13 +56,15 @@ PointCluster VoxelClusterer::ClusterOf(std::size_t voxel) const {
 }
 
 VoxelLeaves VoxelClusterer::Finish() const {
-  std::vector<std::pair<std::uint64_t, std::size_t>> order;
-  order.reserve(size());
-  for (std::size_t voxel = 0; voxel < size(); ++voxel) order.emplace_back(KeyOf(voxel), voxel);
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> order;
+  order.reserve(sums_.size());
+  for (std::uint32_t voxel = 0; voxel < sums_.size(); ++voxel) {
+    order.emplace_back(sums_[voxel].key, voxel);
+  }
   std::sort(order.begin(), order.end());
   VoxelLeaves leaves;
-  leaves.Reserve(size());
-  for (const auto& [key, voxel] : order) leaves.Add(key, ClusterOf(voxel));
+  leaves.Reserve(sums_.size());
+  for (const auto& [key, voxel] : order) leaves.Add(key, ClusterOf(sums_[voxel]));
   return leaves;
 }
 

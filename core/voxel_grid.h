@@ -60,13 +60,6 @@ class VoxelClusterer {
 
   VoxelLeaves Finish() const;
 
-  /// Voxels so far, numbered in the order of their first points.
-  std::size_t size() const { return sums_.size(); }
-  std::uint64_t KeyOf(std::size_t voxel) const { return sums_[voxel].key; }
-  PointCluster ClusterOf(std::size_t voxel) const;
-  /// Forgets where voxels are found by their keys: no point may be added any more.
-  void Close() { slots_ = {}; }
-
  private:
   struct Sums {
     std::uint64_t key = 0;
@@ -76,6 +69,7 @@ class VoxelClusterer {
   };
 
   static constexpr std::uint32_t kNone = ~0U;
+  PointCluster ClusterOf(const Sums& sums) const;
   std::uint32_t VoxelOf(std::uint64_t key);
   std::size_t SlotOf(std::uint64_t key) const;
   void Grow();

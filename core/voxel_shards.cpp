@@ -1,6 +1,6 @@
 #include "core/voxel_shards.h"
 
-#include <algorithm>
+#include <utility>
 
 #include "core/error.h"
 
@@ -43,32 +43,12 @@ void VoxelShards::Add(const Batch& batch, const ExecutionContext& context) {
 
 VoxelLeaves VoxelShards::Finish() {
   BACKSIGHT_CHECK(!shards_.empty(), "voxels are handed out once");
-  std::size_t voxels = 0;
-  for (VoxelClusterer& shard : shards_) {
-    shard.Close();
-    voxels += shard.size();
-  }
-  struct Place {
-    std::uint64_t key;
-    std::uint32_t shard;
-    std::uint32_t voxel;
-  };
-  std::vector<Place> order;
-  order.reserve(voxels);
-  for (std::uint32_t shard = 0; shard < kShards; ++shard) {
-    for (std::uint32_t voxel = 0; voxel < shards_[shard].size(); ++voxel) {
-      order.push_back({shards_[shard].KeyOf(voxel), shard, voxel});
-    }
-  }
-  std::sort(order.begin(), order.end(),
-            [](const Place& a, const Place& b) { return a.key < b.key; });
-  VoxelLeaves leaves;
-  leaves.Reserve(voxels);
-  for (const Place& place : order) {
-    leaves.Add(place.key, shards_[place.shard].ClusterOf(place.voxel));
+  std::vector<VoxelLeaves> parts;
+  for (VoxelClusterer& shard : shards_) {  // whose sums are freed as soon as they are in a part
+    parts.push_back(std::exchange(shard, VoxelClusterer({})).Finish());
   }
   shards_.clear();
-  return leaves;
+  return VoxelLeaves::Merge(std::move(parts));
 }
 
 }  // namespace backsight

@@ -67,8 +67,10 @@ std::uint32_t PlaneTree::AddNode(std::span<const PathEntry> entries, int depth,
   FitPlanes(std::span(&local, 1), /*normals=*/false, std::span(&fit, 1));
   const bool is_planar = IsPlanar(fit, options_);
   if (!is_planar && depth == options_.max_depth) return kNone;
-  nodes_.push_back({.mean = local.mean, .spread = ClusterSpread(local), .is_planar = is_planar});
-  return static_cast<std::uint32_t>(nodes_.size() - 1);
+  if (node_count_ % kBlock == 0) blocks_.emplace_back().reserve(kBlock);
+  blocks_.back().push_back(
+      {.mean = local.mean, .spread = ClusterSpread(local), .is_planar = is_planar});
+  return node_count_++;
 }
 
 /// The octants of a node at `depth` - 1, whose entries ascend by path, and theirs.
@@ -83,15 +85,15 @@ void PlaneTree::AddChildren(std::uint32_t node, std::span<const PathEntry> entri
     of_octant[octant] = entries.subspan(begin, end - begin);
     begin = end;
   }
-  const auto first = static_cast<std::uint32_t>(nodes_.size());
-  nodes_[node].first_child = first;
+  const std::uint32_t first = node_count_;
+  NodeAt(node).first_child = first;
   for (std::uint32_t octant = 0; octant < 8; ++octant) {
     if (of_octant[octant].empty() || AddNode(of_octant[octant], depth, clusters) == kNone) continue;
-    nodes_[node].octants |= static_cast<std::uint8_t>(1U << octant);
+    NodeAt(node).octants |= static_cast<std::uint8_t>(1U << octant);
   }
   std::uint32_t child = first;
   for (std::uint32_t octant = 0; octant < 8; ++octant) {
-    if ((nodes_[node].octants >> octant & 1U) == 0U) continue;
+    if ((NodeAt(node).octants >> octant & 1U) == 0U) continue;
     AddChildren(child++, of_octant[octant], depth + 1, clusters);
   }
 }
@@ -116,7 +118,7 @@ std::optional<std::uint32_t> PlaneTree::FindRoot(std::uint64_t key) const {
 const PlaneTree::Node* PlaneTree::Child(const Node& node, std::uint32_t octant) const {
   if ((node.octants >> octant & 1U) == 0U) return nullptr;
   const auto before = static_cast<unsigned>(node.octants & ((1U << octant) - 1U));
-  return &nodes_[node.first_child + static_cast<std::uint32_t>(std::popcount(before))];
+  return &NodeAt(node.first_child + static_cast<std::uint32_t>(std::popcount(before)));
 }
 
 }  // namespace backsight

@@ -16,7 +16,7 @@ namespace backsight {
 /// Sums what a station has in the root cells of a lattice and in their octants, once for all
 /// searches that it takes part in (PairPlaneSearch). Only what HasEnough is kept, and of the
 /// deepest octants only those that are planar. Time O(n log n) for n clusters, memory 64 bytes for
-/// each cell or octant kept, with room for twice as many at most.
+/// each cell or octant kept, taken 2 MB at a time.
 class PlaneTree {
  public:
   struct Node {
@@ -37,7 +37,7 @@ class PlaneTree {
   const RigidTransform& lattice_from_station() const { return lattice_from_station_; }
   const PlaneSearchOptions& options() const { return options_; }
   std::size_t roots() const { return root_keys_.size(); }
-  const Node& Root(std::size_t place) const { return nodes_[root_nodes_[place]]; }
+  const Node& Root(std::size_t place) const { return NodeAt(root_nodes_[place]); }
   std::uint64_t RootKey(std::size_t place) const { return root_keys_[place]; }
   /// The place of the cell OctreeCells::Root among the roots, which ascend.
   std::optional<std::uint32_t> FindRoot(std::uint64_t key) const;
@@ -49,11 +49,15 @@ class PlaneTree {
   void AddChildren(std::uint32_t node, std::span<const PathEntry> entries, int depth,
                    const ClusterList& clusters);
   void MakeSlots();
+  const Node& NodeAt(std::uint32_t node) const { return blocks_[node / kBlock][node % kBlock]; }
+  Node& NodeAt(std::uint32_t node) { return blocks_[node / kBlock][node % kBlock]; }
 
   static constexpr std::uint32_t kNone = ~0U;
+  static constexpr std::uint32_t kBlock = 1U << 15U;
   PlaneSearchOptions options_;
   RigidTransform lattice_from_station_;
-  std::vector<Node> nodes_;
+  std::vector<std::vector<Node>> blocks_;  // of kBlock nodes: one vector would move them to grow
+  std::uint32_t node_count_ = 0;
   std::vector<std::uint64_t> root_keys_;  // ascending
   std::vector<std::uint32_t> root_nodes_;
   struct RootSlot {

@@ -8,15 +8,22 @@
 
 namespace backsight {
 
-/// Keeps the plane tree alive that was used last, of all stations that share it: those of dense
-/// scans are large. Pairs of one target follow one another, and those at work keep theirs.
-/// Thread-safe.
+/// Keeps the plane tree alive that was used last, of all stations that share it, until another one
+/// is wanted: those of dense scans are large. Pairs of one target follow one another, and those at
+/// work keep theirs. Thread-safe.
 class LastPlanes {
  public:
   void Use(std::shared_ptr<const PlaneTree> tree) {
     const std::lock_guard lock(mutex_);
     std::swap(tree_, tree);
   }  // the one before dies after the lock
+
+  /// Makes room for another one where no pair is at work with this one.
+  void ForgetIdle() {
+    std::shared_ptr<const PlaneTree> idle;
+    const std::lock_guard lock(mutex_);
+    if (tree_.use_count() == 1) std::swap(tree_, idle);
+  }
 
  private:
   std::mutex mutex_;

@@ -26,7 +26,7 @@ class PreparedStation {
   ~PreparedStation();
 
   /// MakePlaneTree for the station as a target; made anew where nobody has it any more and another
-  /// was used in between.
+  /// was asked for in between.
   std::shared_ptr<const PlaneTree> Planes(const Surface& surface, const FineOptions& options) const;
 
   /// ChooseSurfaces of kRefinedSurfaces, for the station as a source.

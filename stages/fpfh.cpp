@@ -75,18 +75,12 @@ class KeypointNeighbors {
   /// `at`: the key points by place. All must outlive it.
   KeypointNeighbors(const LeafGrid& grid, const OrientedPlaces& oriented,
                     const std::vector<std::uint32_t>& at, double radius_m)
-      : grid_(grid),
-        oriented_(oriented),
-        at_(at),
-        radius_m_(radius_m),
-        places_(grid.size() + LeafGrid::kPadding) {
-    std::iota(places_.begin(), places_.end(), 0U);
-  }
+      : grid_(grid), oriented_(oriented), at_(at), radius_m_(radius_m) {}
 
-  /// Calls use(keypoint, neighbors) for every key point, from several threads.
+  /// Calls use(keypoint, neighbors) for every key point of the slab, from several threads.
   template <class Use>
-  void ForAll(const ExecutionContext& context, Use use) const {
-    grid_.ForCells(context, [&](LeafGrid::Range cells) {
+  void ForAll(const LeafGrid::Slab& slab, const ExecutionContext& context, Use use) const {
+    LeafGrid::ForCells(slab, context, [&](LeafGrid::Range cells) {
       BallSearch search(grid_, radius_m_);
       std::vector<std::uint32_t> candidates;
       std::vector<WeightedPlace> neighbors;
@@ -97,7 +91,7 @@ class KeypointNeighbors {
           if (at_[place] == kNone) continue;
           if (!entered) {
             search.EnterCell(cell);
-            search.Gather(places_, kNone, &candidates);
+            search.GatherPlaces(&candidates);
             entered = true;
           }
           Find(place, candidates, &search, &neighbors);
@@ -123,7 +117,6 @@ class KeypointNeighbors {
   const OrientedPlaces& oriented_;
   const std::vector<std::uint32_t>& at_;
   double radius_m_;
-  std::vector<std::uint32_t> places_;
 };
 
 /// SPFH of a point as it was counted: 72 bytes, its bins would take 132. Beyond 65535 neighbours
@@ -173,47 +166,90 @@ class SpfhComputer {
   std::array<std::vector<float>, OrientedPlaces::kColumns> candidates_;
 };
 
-struct SimpleHistograms {
-  std::vector<std::uint32_t> row_at;  // by place; kNone where not needed
-  std::vector<SimpleHistogram> rows;
-};
+using Slabs = std::vector<LeafGrid::Slab>;
 
-SimpleHistograms ComputeNeeded(const LeafGrid& grid, const OrientedPlaces& oriented,
-                               const KeypointNeighbors& neighbors, double radius_m,
-                               const ExecutionContext& context) {
-  SimpleHistograms spfh;
-  spfh.row_at.assign(grid.size(), kNone);
-  neighbors.ForAll(context, [&](std::uint32_t /*keypoint*/, std::span<const WeightedPlace> around) {
-    for (const WeightedPlace& neighbor : around) {  // key points may share it
-      std::atomic_ref(spfh.row_at[neighbor.place]).store(0, std::memory_order_relaxed);
+/// SPFH of the points that key points need, those of the last three slabs computed.
+class SimpleHistograms {
+ public:
+  /// All must outlive it; the slabs are the grid's, no thinner than the neighbours are away.
+  SimpleHistograms(const LeafGrid& grid, const OrientedPlaces& oriented, const Slabs& slabs,
+                   const KeypointNeighbors& neighbors, double radius_m,
+                   const ExecutionContext& context)
+      : grid_(grid),
+        oriented_(oriented),
+        slabs_(slabs),
+        radius_m_(radius_m),
+        row_at_(grid.size(), kNone) {
+    for (const LeafGrid::Slab& slab : slabs_) Mark(slab, neighbors, context);
+    std::array<std::uint32_t, kKept> most{};
+    for (std::size_t slab = 0; slab < slabs_.size(); ++slab) {
+      std::uint32_t& rows = most[slab % kKept];
+      rows = std::max(rows, NumberRows(slab));
     }
-  });
-  context.CheckStop();
-  std::uint32_t rows = 0;
-  for (std::uint32_t& row : spfh.row_at) {
-    if (row != kNone) row = rows++;
+    for (std::size_t turn = 0; turn < kKept; ++turn) rows_[turn].resize(most[turn]);
   }
-  spfh.rows.resize(rows);
-  grid.ForCells(context, [&](LeafGrid::Range cells) {
-    SpfhComputer computer(grid, oriented, radius_m);
-    for (std::uint32_t cell = cells.begin; cell < cells.end; ++cell) {
-      const LeafGrid::Range range = grid.Cell(cell);
-      bool entered = false;
-      for (std::uint32_t place = range.begin; place < range.end; ++place) {
-        if (spfh.row_at[place] == kNone) continue;
-        if (!entered) computer.EnterCell(cell);
-        entered = true;
-        spfh.rows[spfh.row_at[place]] = computer.Compute(place);
+
+  /// Those of a slab, one after the other: the three computed last are there.
+  void Compute(std::size_t slab, const ExecutionContext& context) {
+    LeafGrid::ForCells(slabs_[slab], context, [&](LeafGrid::Range cells) {
+      SpfhComputer computer(grid_, oriented_, radius_m_);
+      for (std::uint32_t cell = cells.begin; cell < cells.end; ++cell) {
+        const LeafGrid::Range range = grid_.Cell(cell);
+        bool entered = false;
+        for (std::uint32_t place = range.begin; place < range.end; ++place) {
+          if (row_at_[place] == kNone) continue;
+          if (!entered) computer.EnterCell(cell);
+          entered = true;
+          const std::uint32_t row = row_at_[place];
+          rows_[row % kKept][row / kKept] = computer.Compute(place);
+        }
+      }
+    });
+  }
+
+  const SimpleHistogram& At(std::uint32_t place) const {
+    const std::uint32_t row = row_at_[place];
+    return rows_[row % kKept][row / kKept];
+  }
+
+ private:
+  static constexpr std::uint32_t kKept = 3;  // slabs
+
+  /// Whatever the key points of a slab need gets a row, no matter yet which.
+  void Mark(const LeafGrid::Slab& slab, const KeypointNeighbors& neighbors,
+            const ExecutionContext& context) {
+    neighbors.ForAll(slab, context, [&](std::uint32_t /*keypoint*/, const auto& around) {
+      for (const WeightedPlace& neighbor : around) {  // key points may share it
+        std::atomic_ref(row_at_[neighbor.place]).store(0, std::memory_order_relaxed);
+      }
+    });
+  }
+
+  /// Slabs take turns at the rows of three lists. Returns how many this one needs.
+  std::uint32_t NumberRows(std::size_t slab) {
+    std::uint32_t rows = 0;
+    for (const LeafGrid::Range& cells : slabs_[slab]) {
+      for (std::uint32_t place = grid_.Cell(cells.begin).begin;
+           place < grid_.Cell(cells.end - 1).end; ++place) {
+        if (row_at_[place] == kNone) continue;
+        row_at_[place] = kKept * rows++ + static_cast<std::uint32_t>(slab % kKept);
       }
     }
-  });
-  return spfh;
-}
+    return rows;
+  }
+
+  const LeafGrid& grid_;
+  const OrientedPlaces& oriented_;
+  const Slabs& slabs_;
+  double radius_m_;
+  std::vector<std::uint32_t> row_at_;  // by place: kKept times the row and the list; kNone: none
+  std::array<std::vector<SimpleHistogram>, kKept> rows_;
+};
 
 FpfhDescriptor Combine(const SimpleHistograms& spfh, std::span<const WeightedPlace> neighbors) {
   FpfhDescriptor sum{};
   for (const WeightedPlace& neighbor : neighbors) {
-    const SimpleHistogram& row = spfh.rows[spfh.row_at[neighbor.place]];
+    const SimpleHistogram& row = spfh.At(neighbor.place);
     for (std::size_t b = 0; b < sum.size(); ++b) {
       sum[b] += neighbor.weight * (row.unit * static_cast<float>(row.counts[b]));
     }
@@ -231,16 +267,23 @@ FpfhDescriptor Combine(const SimpleHistograms& spfh, std::span<const WeightedPla
 std::vector<FpfhDescriptor> ComputeFpfh(const LeafGrid& grid,
                                         std::span<const Eigen::Vector3f> normals,
                                         std::span<const std::uint32_t> keypoints, double radius_m,
-                                        const ExecutionContext& context) {
+                                        const ExecutionContext& context, std::size_t slab_points) {
   const std::vector<std::uint32_t> keypoint_at = KeypointsByPlace(grid, keypoints);
   const OrientedPlaces oriented(grid, normals);
   const KeypointNeighbors neighbors(grid, oriented, keypoint_at, radius_m);
-  const SimpleHistograms spfh = ComputeNeeded(grid, oriented, neighbors, radius_m, context);
-  context.CheckStop();
+  const Slabs slabs = grid.CutIntoSlabs(radius_m, slab_points);
+  SimpleHistograms spfh(grid, oriented, slabs, neighbors, radius_m, context);
   std::vector<FpfhDescriptor> descriptors(keypoints.size());
-  neighbors.ForAll(context, [&](std::uint32_t k, std::span<const WeightedPlace> around) {
-    descriptors[k] = Combine(spfh, around);
-  });
+  const auto describe = [&](const LeafGrid::Slab& slab) {
+    neighbors.ForAll(slab, context, [&](std::uint32_t k, std::span<const WeightedPlace> around) {
+      descriptors[k] = Combine(spfh, around);
+    });
+  };
+  for (std::size_t slab = 0; slab < slabs.size(); ++slab) {
+    spfh.Compute(slab, context);
+    if (slab > 0) describe(slabs[slab - 1]);  // whose neighbours are all there now
+  }
+  if (!slabs.empty()) describe(slabs.back());
   return descriptors;
 }
 

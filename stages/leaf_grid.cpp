@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <map>
 #include <utility>
 
 #include "core/error.h"
@@ -11,6 +12,7 @@ namespace backsight {
 namespace {
 
 constexpr std::size_t kCellsPerRun = 128;
+constexpr std::uint32_t kCellsPerSlabRun = 64;  // a slab has few cells, and all threads wait for it
 
 /// Packs the indices of a cell so that packed cells sort by z, then y, then x.
 struct CellPacking {
@@ -190,6 +192,49 @@ void LeafGrid::ForCells(const ExecutionContext& context,
     const std::size_t end = std::min((run + 1) * kCellsPerRun, cell_count());
     body({static_cast<std::uint32_t>(run * kCellsPerRun), static_cast<std::uint32_t>(end)});
   });
+}
+
+/// The lowest y of each slab's rows.
+std::vector<int> LeafGrid::FirstRowsOfSlabs(double radius_m, std::size_t least_points) const {
+  std::map<int, std::size_t> points_at;  // by y
+  for (const Row& row : rows_) {
+    points_at[row.y] += cell_begins_[row.cells.end] - cell_begins_[row.cells.begin];
+  }
+  // A little more than the radius, as rounded distances may reach.
+  const int least_rows = static_cast<int>(radius_m * cells_per_m_ + 1e-3) + 1;
+  std::vector<int> first_rows;
+  std::size_t points = 0;
+  for (const auto& [y, points_there] : points_at) {
+    if (first_rows.empty() || (points >= least_points && y >= first_rows.back() + least_rows)) {
+      first_rows.push_back(y);
+      points = 0;
+    }
+    points += points_there;
+  }
+  return first_rows;
+}
+
+std::vector<LeafGrid::Slab> LeafGrid::CutIntoSlabs(double radius_m,
+                                                   std::size_t least_points) const {
+  const std::vector<int> first_rows = FirstRowsOfSlabs(radius_m, least_points);
+  std::vector<Slab> slabs(first_rows.size());
+  for (const Row& row : rows_) {
+    const auto beyond = std::upper_bound(first_rows.begin(), first_rows.end(), row.y);
+    Slab& slab = slabs[static_cast<std::size_t>(beyond - first_rows.begin()) - 1];
+    for (std::uint32_t begin = row.cells.begin; begin < row.cells.end;) {
+      const bool joins = !slab.empty() && slab.back().end == begin &&
+                         slab.back().end - slab.back().begin < kCellsPerSlabRun;
+      if (!joins) slab.push_back({begin, begin});
+      Range& run = slab.back();
+      run.end = begin = std::min(row.cells.end, run.begin + kCellsPerSlabRun);
+    }
+  }
+  return slabs;
+}
+
+void LeafGrid::ForCells(const Slab& slab, const ExecutionContext& context,
+                        const std::function<void(Range)>& body) {
+  context.ParallelFor(slab.size(), [&](std::size_t run) { body(slab[run]); });
 }
 
 BallSearch::BallSearch(const LeafGrid& grid, double radius_m)

@@ -68,6 +68,16 @@ class LeafGrid {
   /// run. Results must go to a place of their own.
   void ForCells(const ExecutionContext& context, const std::function<void(Range)>& body) const;
 
+  /// Occupied cells between two planes across the y axis, in runs of neighbours.
+  using Slab = std::vector<Range>;
+  /// Cuts the grid into slabs, ascending by y, of at least `least_points` points each, but the last
+  /// one. What BallSearch finds within `radius_m`, at most 1000 cells, of a point of a slab lies in
+  /// it or in those beside it.
+  std::vector<Slab> CutIntoSlabs(double radius_m, std::size_t least_points) const;
+  /// ForCells within a slab.
+  static void ForCells(const Slab& slab, const ExecutionContext& context,
+                       const std::function<void(Range)>& body);
+
  private:
   struct OccupiedCell {
     std::uint32_t row = 0;
@@ -79,6 +89,7 @@ class LeafGrid {
     int z = 0;
     Range cells;
   };
+  std::vector<int> FirstRowsOfSlabs(double radius_m, std::size_t least_points) const;
   int CellIndex(double coordinate, std::size_t axis) const;
   double RowGap(int index, std::size_t axis, const OccupiedCell& cell) const;
   void OpenCell(int x, int y, int z, std::uint32_t place);
@@ -136,6 +147,15 @@ class BallSearch {
       to += length;
     }
     for (std::size_t i = 0; i < LeafGrid::kPadding; ++i) to[i] = padding;
+  }
+
+  /// The candidates' places.
+  void GatherPlaces(std::vector<std::uint32_t>* places) const {
+    places->clear();
+    places->reserve(count_);
+    for (const LeafGrid::Range& range : ranges_) {
+      for (std::uint32_t place = range.begin; place < range.end; ++place) places->push_back(place);
+    }
   }
 
   /// Squared distances of all candidates from the point at `place` of the cell, in float.

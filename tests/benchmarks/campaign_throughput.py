@@ -1,13 +1,16 @@
 """Time and memory of whole runs against `cp` of what they read and write, as points grow.
 
     python3 tests/benchmarks/campaign_throughput.py build/release/backsight [FORMAT [STEP_DEG ...]]
+        [--scene square|hall]
 
-Simulates the demo's five stations with beams STEP_DEG apart (0.17, 0.076 and 0.038: about 1, 5 and 20
-million points a station) in FORMAT (las), runs each campaign from nothing to a full merged LAS
-cloud without map, and copies the same scans and cloud with `cp` in the same minute. Prints a row
-per campaign, and how memory grows with points.
+Simulates five stations with beams STEP_DEG apart (by default about 1, 5 and 20 million points a
+station) in FORMAT (las), on the demo's square or in a factory hall, runs each campaign from nothing
+to a full merged LAS cloud without map, and copies the same scans and cloud with `cp` in the same
+minute. Prints a row per campaign, and how memory grows with points. On the square, which is open,
+denser beams fill more voxels; in the hall hardly any.
 """
 
+import argparse
 import dataclasses
 import json
 import math
@@ -20,20 +23,32 @@ import sys
 import tempfile
 import time
 
-STEPS_DEG = [0.17, 0.076, 0.038]
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 
-def simulate(program, folder, file_format, step_deg):
+@dataclasses.dataclass
+class Scene:
+    path: str
+    project: str
+    steps_deg: list  # for about 1, 5 and 20 million points a station
+
+
+SCENES = {"square": Scene("projects/demo/scene.yaml", "demo.yaml", [0.17, 0.076, 0.038]),
+          "hall": Scene("tests/benchmarks/factory_hall.yaml", "hall.yaml",
+                        [0.225, 0.1006, 0.0503])}
+STEPS_DEG = SCENES["square"].steps_deg
+
+
+def simulate(program, folder, file_format, step_deg, scene_name="square"):
     """Returns the project file: control stays, the cloud is not thinned, no map is drawn."""
-    scene = (ROOT / "projects/demo/scene.yaml").read_text()
+    scene = (ROOT / SCENES[scene_name].path).read_text()
     scene, formats = re.subn(r"(?m)^format: .*", f"format: {file_format}", scene)
     scene, steps = re.subn(r"step_deg: [\d.]+", f"step_deg: {step_deg}", scene)
     assert (formats, steps) == (1, 1), "the scene has another form now"
     (folder / "scene.yaml").write_text(scene)
     subprocess.run([program, "simulate", folder / "scene.yaml", folder], check=True,
                    capture_output=True)
-    project = folder / "demo.yaml"
+    project = folder / SCENES[scene_name].project
     text, thinned = re.subn(r", thin_m: [\d.]+\}\]", "}]\n  map: none", project.read_text())
     assert thinned == 1, "the project has other outputs now"
     project.write_text(text)
@@ -67,29 +82,31 @@ def copy_seconds(folder):
     return usage.seconds
 
 
-def measure(program, file_format, step_deg):
+def measure(program, file_format, step_deg, scene_name="square"):
     with tempfile.TemporaryDirectory(prefix="backsight-throughput-") as scratch:
         folder = pathlib.Path(scratch)
-        project = simulate(program, folder, file_format, step_deg)
+        project = simulate(program, folder, file_format, step_deg, scene_name)
         usage = usage_of([program, "run", project, "--quiet"])
         manifest = json.loads((folder / "out" / "manifest.json").read_text())
         stages = {stage["stage"]: stage for stage in manifest["stages"]}
         report = json.loads((folder / "out" / "report.json").read_text())
-        points = sum(scan["points"] for scan in report["scans"])
+        points, voxels = (sum(scan[what] for scan in report["scans"])
+                          for what in ("points", "leaves"))
         copy_s = copy_seconds(folder)
     millions = points / 1e6
     parts = [f"{stages[name]['seconds']:.1f} ({stages[name]['idle_share']:.0%})"
              for name in ("stations", "pairs", "network", "report", "merge")]
-    print(f"| {millions:.1f} | {' | '.join(parts)} | {usage.seconds:.1f} | "
+    print(f"| {millions:.1f} | {voxels / 1e6:.2f} | {' | '.join(parts)} | {usage.seconds:.1f} | "
           f"{millions / usage.seconds:.2f} | {copy_s:.1f} | {usage.seconds / copy_s:.1f} | "
           f"{usage.peak_mb:.0f} |", flush=True)
     return millions, usage
 
 
-def print_head(file_format):
-    print(f"five stations, {file_format}, {os.cpu_count()} threads; seconds (idle share of the threads)\n"
-          "| million points | stations | pairs | network | report | merge | run | million/s | cp | "
-          "run / cp | peak MB |\n|" + "---|" * 11)
+def print_head(file_format, scene_name="square"):
+    print(f"five stations, {scene_name}, {file_format}, {os.cpu_count()} threads; "
+          "seconds (idle share of the threads)\n"
+          "| million points | million voxels | stations | pairs | network | report | merge | run | "
+          "million/s | cp | run / cp | peak MB |\n|" + "---|" * 12)
 
 
 def exponent(rows, value):
@@ -98,16 +115,22 @@ def exponent(rows, value):
 
 
 def main():
-    program = os.path.abspath(sys.argv[1])
-    file_format = sys.argv[2] if len(sys.argv) > 2 else "las"
-    steps = [float(text) for text in sys.argv[3:]] or STEPS_DEG
-    print_head(file_format)
-    rows = [measure(program, file_format, step) for step in steps]
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("program")
+    parser.add_argument("format", nargs="?", default="las")
+    parser.add_argument("steps_deg", nargs="*", type=float)
+    parser.add_argument("--scene", choices=SCENES, default="square")
+    arguments = parser.parse_intermixed_args()
+    steps = arguments.steps_deg or SCENES[arguments.scene].steps_deg
+    print_head(arguments.format, arguments.scene)
+    rows = [measure(os.path.abspath(arguments.program), arguments.format, step, arguments.scene)
+            for step in steps]
     if len(rows) > 1:
+        growth = rows[-1][1].peak_mb / rows[0][1].peak_mb - 1.0
         time_exponent = exponent(rows, lambda usage: usage.seconds)
         memory_exponent = exponent(rows, lambda usage: usage.peak_mb)
         print(f"\nfrom the first to the last row time grows as points^{time_exponent:.2f}, "
-              f"memory as points^{memory_exponent:.2f}")
+              f"memory as points^{memory_exponent:.2f} ({growth:+.0%})")
 
 
 if __name__ == "__main__":

@@ -62,5 +62,19 @@ TEST(PreparedStation, StationsThatShareKeepThePlanesUsedLast) {
   EXPECT_EQ(at_work->roots(), planes_of(1)->roots());
 }
 
+TEST(LastPlanes, ForgetWhatNobodyIsAtWorkWith) {
+  const HallScene scene(1, {});
+  const HallStation station(scene, {-5.0, -2.5, 1.6}, 10);
+  auto tree = std::make_shared<const PlaneTree>(MakePlaneTree(station.surface(), {}));
+  const std::weak_ptr<const PlaneTree> seen = tree;
+  LastPlanes last;
+  last.Use(tree);
+  last.ForgetIdle();
+  tree = nullptr;
+  EXPECT_FALSE(seen.expired());
+  last.ForgetIdle();
+  EXPECT_TRUE(seen.expired());
+}
+
 }  // namespace
 }  // namespace backsight

@@ -99,6 +99,70 @@ TEST(LeafGrid, NeighborhoodsOfALatticeEqualBruteForce) {
   for (const double radius_m : {0.25, 0.5, 0.75}) ExpectExactNeighborhoods(points, 0.25, radius_m);
 }
 
+/// The slab of every point; each must lie in one.
+std::vector<std::size_t> SlabsOfPoints(const LeafGrid& grid,
+                                       const std::vector<LeafGrid::Slab>& slabs) {
+  std::vector<std::size_t> slab_of(grid.size(), slabs.size());
+  for (std::size_t slab = 0; slab < slabs.size(); ++slab) {
+    for (const LeafGrid::Range& cells : slabs[slab]) {
+      EXPECT_LT(cells.begin, cells.end);
+      for (std::uint32_t place = grid.Cell(cells.begin).begin; place < grid.Cell(cells.end - 1).end;
+           ++place) {
+        std::size_t& its_slab = slab_of.at(grid.LeafAt(place));
+        EXPECT_EQ(its_slab, slabs.size()) << "a point lies in two slabs";
+        its_slab = slab;
+      }
+    }
+  }
+  EXPECT_EQ(std::count(slab_of.begin(), slab_of.end(), slabs.size()), 0) << "left out";
+  return slab_of;
+}
+
+void ExpectGoodSlabs(std::span<const Eigen::Vector3f> points, double edge_m, double radius_m,
+                     std::size_t least_points, std::size_t least_slabs) {
+  const LeafGrid grid(points, edge_m);
+  const auto slabs = grid.CutIntoSlabs(radius_m, least_points);
+  EXPECT_GE(slabs.size(), least_slabs);
+  const std::vector<std::size_t> slab_of = SlabsOfPoints(grid, slabs);
+  for (std::size_t slab = 0; slab + 1 < slabs.size(); ++slab) {
+    EXPECT_GE(std::count(slab_of.begin(), slab_of.end(), slab),
+              static_cast<std::ptrdiff_t>(least_points));
+  }
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    for (const std::uint32_t j : BruteForce(points, i, radius_m)) {
+      EXPECT_LE(std::max(slab_of[i], slab_of[j]), std::min(slab_of[i], slab_of[j]) + 1);
+    }
+  }
+}
+
+TEST(LeafGrid, SlabsHoldAllPointsAndNeighborsInThoseBesideEachOther) {
+  Random random(12);
+  std::vector<Eigen::Vector3f> points;
+  for (int i = 0; i < 2000; ++i) {
+    points.emplace_back(random.Uniform(-20.0, 20.0), random.Uniform(-6.0, 6.0),
+                        random.Uniform(0.0, 1.0));
+  }
+  points.emplace_back(0.0F, 40.0F, 0.0F);  // beyond rows without points
+  for (const double radius_m : {0.2, 0.6, 1.0}) {
+    ExpectGoodSlabs(points, 0.3, radius_m, 1, 5);
+    ExpectGoodSlabs(points, 0.3, radius_m, 200, 5);
+  }
+  ExpectGoodSlabs(points, 0.3, 100.0, 1, 1);
+}
+
+TEST(LeafGrid, SlabsOfALatticeHoldNeighborsInThoseBesideEachOther) {
+  std::vector<Eigen::Vector3f> points;  // distances of exactly the radius are common here
+  for (int x = 0; x < 6; ++x) {
+    for (int y = 0; y < 60; ++y) points.emplace_back(0.25 * x, 0.125 * y, 0.0);
+  }
+  for (const double radius_m : {0.25, 0.5, 0.75}) ExpectGoodSlabs(points, 0.25, radius_m, 1, 8);
+}
+
+TEST(LeafGrid, SlabsOfAFewRowsAreOne) {
+  EXPECT_THAT(LeafGrid({}, 0.3).CutIntoSlabs(0.6, 1), IsEmpty());
+  ExpectGoodSlabs(std::vector<Eigen::Vector3f>{{0, 0, 0}, {40, 0.2F, 0}}, 0.3, 0.6, 1, 1);
+}
+
 TEST_P(FeaturesOfYard, NormalsEqualPclUpToSign) {
   const auto normals = EstimateNormals(grid_, 3.0 * kResolution, context_);
   const auto expected = PclNormals(points_, 3.0 * kResolution);
@@ -242,6 +306,21 @@ TEST_P(FeaturesOfYard, DoNotDependOnTheNumberOfThreads) {
   EXPECT_TRUE(same_bytes(one.keypoints, four.keypoints));
   EXPECT_TRUE(same_bytes(one.descriptors, four.descriptors));
   EXPECT_EQ(one.scanner_credible, four.scanner_credible);
+}
+
+TEST_P(FeaturesOfYard, DescriptorsDoNotDependOnSlabs) {
+  const auto normals = EstimateNormals(grid_, 3.0 * kResolution, context_);
+  const auto keypoints = FindIssKeypoints(grid_, PlainIss(), context_);
+  const auto whole =
+      ComputeFpfh(grid_, normals, keypoints, 8.0 * kResolution, context_, points_.size());
+  ASSERT_GT(whole.size(), 20U);
+  for (const std::size_t slab_points : {std::size_t{1}, points_.size() / 10}) {
+    EXPECT_GE(grid_.CutIntoSlabs(8.0 * kResolution, slab_points).size(), 5U);
+    const auto in_slabs =
+        ComputeFpfh(grid_, normals, keypoints, 8.0 * kResolution, context_, slab_points);
+    ASSERT_EQ(in_slabs.size(), whole.size());
+    EXPECT_EQ(std::memcmp(in_slabs.data(), whole.data(), whole.size() * sizeof(whole[0])), 0);
+  }
 }
 
 /// Moves the voxels' means as they are, so that index i is the same piece of surface.

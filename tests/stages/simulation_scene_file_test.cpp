@@ -39,7 +39,7 @@ class SceneFile : public ::testing::Test {
 
 TEST_F(SceneFile, TheScenesOfTheProjectAreValid) {
   for (const char* path : {"projects/demo/scene.yaml", "tests/e2e/scenes/courtyard.yaml",
-                           "tests/e2e/scenes/hall.yaml"}) {
+                           "tests/e2e/scenes/hall.yaml", "tests/benchmarks/factory_hall.yaml"}) {
     const Scene scene = ReadScene(path);
     EXPECT_GE(scene.stations.size(), 4U) << path;
     EXPECT_GE(scene.control.size(), 4U) << path;
