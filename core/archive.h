@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <functional>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -59,6 +60,33 @@ class ArchiveWriter {
 
  private:
   std::string bytes_;
+};
+
+/// Hands the bytes on as they come, in pieces of a megabyte at most or as large as a value's own.
+class ArchiveStream {
+ public:
+  static constexpr bool kReads = false;
+  using Put = std::function<void(std::string_view)>;
+  explicit ArchiveStream(const Put& put) : put_(put) { piece_.reserve(kPiece); }
+  template <class... Values>
+  void operator()(Values&... values) {
+    (Transfer(*this, values), ...);
+  }
+  void Raw(const void* data, std::size_t size) {
+    if (piece_.size() + size > kPiece) Flush();
+    const std::string_view bytes(static_cast<const char*>(data), size);
+    size > kPiece ? put_(bytes) : static_cast<void>(piece_.append(bytes));
+  }
+  /// To be called at the end.
+  void Flush() {
+    put_(piece_);
+    piece_.clear();
+  }
+
+ private:
+  static constexpr std::size_t kPiece = std::size_t{1} << 20U;
+  const Put& put_;
+  std::string piece_;
 };
 
 class ArchiveReader {
@@ -157,16 +185,35 @@ void Transfer(Archive& archive, RigidTransform& transform) {
   archive(transform.rotation, transform.translation);
 }
 
+/// Fields are named once, for reading and writing; writing changes nothing.
+template <class Archive, class Value>
+void WriteTo(Archive& archive, const Value& value) {
+  auto& fields = const_cast<Value&>(value);  // NOLINT(cppcoreguidelines-pro-type-const-cast)
+  Transfer(archive, fields);
+}
+
+/// How many bytes a value takes.
+template <class Value>
+std::size_t SizeInBytes(const Value& value) {
+  ArchiveMeasure measure;
+  WriteTo(measure, value);
+  return measure.bytes();
+}
+
 /// The bytes of a value.
 template <class Value>
 std::string ToBytes(const Value& value) {
-  // Fields are named once, for reading and writing; writing changes nothing.
-  auto& fields = const_cast<Value&>(value);  // NOLINT(cppcoreguidelines-pro-type-const-cast)
-  ArchiveMeasure measure;
-  Transfer(measure, fields);
-  ArchiveWriter writer(measure.bytes());
-  Transfer(writer, fields);
+  ArchiveWriter writer(SizeInBytes(value));
+  WriteTo(writer, value);
   return writer.Take();
+}
+
+/// The same bytes, one piece after the other.
+template <class Value>
+void PutBytes(const Value& value, const ArchiveStream::Put& put) {
+  ArchiveStream stream(put);
+  WriteTo(stream, value);
+  stream.Flush();
 }
 
 /// The value of bytes that ToBytes made of the same type. Throws DamagedArchive.

@@ -7,7 +7,9 @@
 #include <filesystem>
 #include <fstream>
 #include <set>
+#include <span>
 
+#include "core/error.h"
 #include "core/fingerprint.h"
 #include "io/atomic_file.h"
 
@@ -36,11 +38,11 @@ std::string DigestOf(std::string_view key, std::string_view payload) {
   return fingerprint.Hex();
 }
 
-std::string HeaderBytes(std::string_view key, std::string_view payload) {
-  const std::uint64_t lengths[2] = {key.size(), payload.size()};
+std::string HeaderBytes(const Header& header) {
+  const std::uint64_t lengths[2] = {header.key_bytes, header.payload_bytes};
   std::string bytes(kMagic);
   bytes.append(reinterpret_cast<const char*>(lengths), sizeof(lengths));
-  return bytes + DigestOf(key, payload);
+  return bytes + header.digest;
 }
 
 /// A file being read; `fault` says what is wrong with it so far.
@@ -142,14 +144,31 @@ void ArtifactStore::ReportDamaged(const std::string& name, const std::string& fa
 
 void ArtifactStore::Store(const std::string& name, const ArtifactKey& key,
                           std::string_view bytes) const {
+  Store(name, key, {bytes.size(), [&](const auto& put) { put(bytes); }});
+}
+
+void ArtifactStore::Store(const std::string& name, const ArtifactKey& key,
+                          const ArtifactBytes& bytes) const {
   if (!keeps()) return;
   const std::string path = PathOf(name);
   std::error_code error;
   fs::create_directories(fs::path(path).parent_path(), error);  // the file tells what is wrong
   AtomicFile file(path);
-  file.Write(HeaderBytes(key.text(), bytes));
+  Header header{key.text().size(), bytes.size, std::string(kDigestBytes, ' ')};
+  file.Write(HeaderBytes(header));
   file.Write(key.text());
-  file.Write(bytes);
+  Fingerprint fingerprint;  // as DigestOf the whole
+  fingerprint.Add(key.text());
+  fingerprint.Add(bytes.size);
+  std::uint64_t written = 0;
+  bytes.write([&](std::string_view piece) {
+    file.Write(piece);
+    fingerprint.Add(std::as_bytes(std::span(piece)));
+    written += piece.size();
+  });
+  BACKSIGHT_CHECK(written == bytes.size, "an artifact has another size than it said");
+  header.digest = fingerprint.Hex();
+  file.Overwrite(0, HeaderBytes(header));
   file.Commit();
 }
 

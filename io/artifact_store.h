@@ -39,6 +39,13 @@ struct ArtifactState {
   std::string key_text;  ///< that is stored; empty where it is missing or damaged
 };
 
+/// Bytes that need not be in memory at once.
+struct ArtifactBytes {
+  std::uint64_t size = 0;
+  /// Calls `put` with one piece after the other, `size` bytes in all.
+  std::function<void(const std::function<void(std::string_view)>& put)> write;
+};
+
 /// Results of finished work in a folder, each in a file "NAME.artifact" that holds its whole key,
 /// its length and a checksum (XXH3-128). Files appear whole or not at all. Objects of several
 /// processes may share the folder.
@@ -56,6 +63,7 @@ class ArtifactStore {
   /// damaged is reported, whatever key it seems to have.
   bool Load(const std::string& name, const ArtifactKey& key, std::string* bytes) const;
   /// Throws StorageFailure where the disk does not take it.
+  void Store(const std::string& name, const ArtifactKey& key, const ArtifactBytes& bytes) const;
   void Store(const std::string& name, const ArtifactKey& key, std::string_view bytes) const;
   /// Reads the key only: damage within the bytes is not found.
   ArtifactState Look(const std::string& name, const ArtifactKey& key) const;

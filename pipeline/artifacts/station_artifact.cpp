@@ -42,7 +42,9 @@ void Transfer(Archive& archive, Station& station) {
           station.content_fingerprint);
 }
 
-std::string StationBytes(const Station& station) { return ToBytes(station); }
+ArtifactBytes StationBytes(const Station& station) {
+  return {SizeInBytes(station), [&](const auto& put) { PutBytes(station, put); }};
+}
 
 void RestoreStation(std::string_view bytes, Station* station) {
   ArchiveReader reader(bytes);

@@ -1,15 +1,15 @@
 #pragma once
 
-#include <string>
 #include <string_view>
 
+#include "io/artifact_store.h"
 #include "pipeline/station_pipeline.h"
 
 namespace backsight {
 
 /// What is computed of a usable station, as bytes; neither what the project says of it nor what its
-/// model implies (index, range image).
-std::string StationBytes(const Station& station);
+/// model implies (index, range image). The station must outlive them.
+ArtifactBytes StationBytes(const Station& station);
 
 /// Fills what StationBytes keeps, and what follows from it, into a station whose `spec` is set.
 /// Throws DamagedArchive.

@@ -36,7 +36,6 @@ class Scene:
 SCENES = {"square": Scene("projects/demo/scene.yaml", "demo.yaml", [0.17, 0.076, 0.038]),
           "hall": Scene("tests/benchmarks/factory_hall.yaml", "hall.yaml",
                         [0.225, 0.1006, 0.0503])}
-STEPS_DEG = SCENES["square"].steps_deg
 
 
 def simulate(program, folder, file_format, step_deg, scene_name="square"):

@@ -1,13 +1,14 @@
 """How time and memory of whole runs grow with stations and with points.
 
     python3 tests/benchmarks/scale_curves.py build/release/backsight stations [N ...]
-    python3 tests/benchmarks/scale_curves.py build/release/backsight points [FORMAT [STEP_DEG ...]]
+    python3 tests/benchmarks/scale_curves.py build/release/backsight points [FORMAT [SCENE]]
 
 `stations` simulates quarters of small houses with a station every 8 m of street, N of them (5, 10, 20,
 50, 100, 200), scanned with beams 0.5 degrees apart, and registers each with voxels of 0.2 m, from
 nothing to the report; clouds and map are left out. `points` does the campaigns of
-campaign_throughput.py, at five stations. Prints a row per campaign and the exponents fitted to the
-rows. Seconds of the processor say more than elapsed ones where the machine is shared.
+campaign_throughput.py, at five stations, on its SCENE (square). Prints a row per campaign and the
+exponents fitted to the rows. Seconds of the processor say more than elapsed ones where the machine
+is shared.
 """
 
 import json
@@ -119,9 +120,10 @@ def sweep_stations(program, counts):
         print_exponents(large, "n")
 
 
-def sweep_points(program, file_format, steps):
-    campaign_throughput.print_head(file_format)
-    rows = [campaign_throughput.measure(program, file_format, step) for step in steps]
+def sweep_points(program, file_format, scene_name):
+    campaign_throughput.print_head(file_format, scene_name)
+    rows = [campaign_throughput.measure(program, file_format, step, scene_name)
+            for step in campaign_throughput.SCENES[scene_name].steps_deg]
     print()
     print_exponents(rows, "m")
 
@@ -131,8 +133,7 @@ def main():
     if sys.argv[2] == "stations":
         sweep_stations(program, [int(n) for n in sys.argv[3:]] or STATIONS)
     elif sys.argv[2] == "points":
-        sweep_points(program, sys.argv[3] if len(sys.argv) > 3 else "las",
-                     [float(s) for s in sys.argv[4:]] or campaign_throughput.STEPS_DEG)
+        sweep_points(program, *(sys.argv[3:5] + ["las", "square"][len(sys.argv[3:5]):]))
     else:
         sys.exit(__doc__)
 

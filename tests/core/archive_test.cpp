@@ -79,6 +79,22 @@ TEST(Archive, GivesBackExactlyWhatWasWritten) {
   }
 }
 
+TEST(Archive, PiecesMakeUpTheBytes) {
+  std::pair<std::vector<double>, std::vector<Eigen::Vector3f>> value;  // 3.2 MB at once, 2.4 singly
+  for (int i = 0; i < 400000; ++i) value.first.push_back(0.1 * i);
+  for (int i = 0; i < 200000; ++i) value.second.emplace_back(i, 2 * i, 0.5F);
+  std::string joined;
+  std::size_t pieces = 0;
+  PutBytes(value, [&](std::string_view piece) {
+    joined += piece;
+    ++pieces;
+  });
+  EXPECT_EQ(joined.size(), SizeInBytes(value));
+  EXPECT_EQ(joined, ToBytes(value));
+  EXPECT_GE(pieces, 3U);
+  EXPECT_LE(pieces, 8U);
+}
+
 TEST(Archive, KeepsNanAsItIs) {
   const std::vector<Eigen::Vector3f> normals = {
       Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN())};

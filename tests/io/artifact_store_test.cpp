@@ -49,6 +49,23 @@ TEST_F(ArtifactStoreTest, HoldsWhatBelongsToTheKeyAndNothingElse) {
   EXPECT_THAT(reports_, IsEmpty());
 }
 
+TEST_F(ArtifactStoreTest, PiecesAreStoredLikeTheWhole) {
+  const ArtifactKey key = MakeKey("a", 0.1);
+  store_.Store("whole", key, bytes_);
+  const auto write = [&](const auto& put) {
+    const std::string_view all = bytes_;
+    for (std::size_t begin = 0, size = 0; begin < all.size(); begin += size) {
+      size = 1 + begin * 3;
+      put(all.substr(begin, size));
+    }
+  };
+  store_.Store("pieces", key, {bytes_.size(), write});
+  EXPECT_TRUE(Holds("pieces", key));
+  EXPECT_EQ(ReadBytes(PathOf("pieces")), ReadBytes(PathOf("whole")));
+  EXPECT_ANY_THROW(store_.Store("pieces", MakeKey("b", 0.1), {bytes_.size() + 1, write}));
+  EXPECT_TRUE(Holds("pieces", key)) << "what was there stays";
+}
+
 TEST_F(ArtifactStoreTest, ReplacesAndRemoves) {
   store_.Store("a/b", MakeKey("a", 0.1), "old");
   store_.Store("a/b", MakeKey("b", 0.1), bytes_);
