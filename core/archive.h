@@ -62,12 +62,14 @@ class ArchiveWriter {
   std::string bytes_;
 };
 
-/// Hands the bytes on as they come, in pieces of a megabyte at most or as large as a value's own.
+/// Hands the bytes on as they come: what is large by itself, without a copy, and the others in
+/// pieces of 64 kB. `put` must outlive it.
 class ArchiveStream {
  public:
   static constexpr bool kReads = false;
   using Put = std::function<void(std::string_view)>;
   explicit ArchiveStream(const Put& put) : put_(put) { piece_.reserve(kPiece); }
+  explicit ArchiveStream(Put&&) = delete;
   template <class... Values>
   void operator()(Values&... values) {
     (Transfer(*this, values), ...);
@@ -75,7 +77,11 @@ class ArchiveStream {
   void Raw(const void* data, std::size_t size) {
     if (piece_.size() + size > kPiece) Flush();
     const std::string_view bytes(static_cast<const char*>(data), size);
-    size > kPiece ? put_(bytes) : static_cast<void>(piece_.append(bytes));
+    if (size > kPiece) {
+      put_(bytes);
+    } else {
+      piece_ += bytes;
+    }
   }
   /// To be called at the end.
   void Flush() {
@@ -84,7 +90,7 @@ class ArchiveStream {
   }
 
  private:
-  static constexpr std::size_t kPiece = std::size_t{1} << 20U;
+  static constexpr std::size_t kPiece = std::size_t{1} << 16U;
   const Put& put_;
   std::string piece_;
 };
@@ -208,7 +214,7 @@ std::string ToBytes(const Value& value) {
   return writer.Take();
 }
 
-/// The same bytes, one piece after the other.
+/// The same bytes, one piece after the other, some of which may be empty.
 template <class Value>
 void PutBytes(const Value& value, const ArchiveStream::Put& put) {
   ArchiveStream stream(put);

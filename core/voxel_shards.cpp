@@ -43,11 +43,11 @@ void VoxelShards::Add(const Batch& batch, const ExecutionContext& context) {
 
 VoxelLeaves VoxelShards::Finish() {
   BACKSIGHT_CHECK(!shards_.empty(), "voxels are handed out once");
+  std::vector<VoxelClusterer> shards = std::exchange(shards_, {});
   std::vector<VoxelLeaves> parts;
-  for (VoxelClusterer& shard : shards_) {  // whose sums are freed as soon as they are in a part
+  for (VoxelClusterer& shard : shards) {  // whose sums are freed as soon as they are in a part
     parts.push_back(std::exchange(shard, VoxelClusterer({})).Finish());
   }
-  shards_.clear();
   return VoxelLeaves::Merge(std::move(parts));
 }
 

@@ -6,20 +6,6 @@
 #include "graph/subcell_kernels.h"
 
 namespace backsight {
-namespace {
-
-LatticeMotion MotionOf(const RigidTransform& transform) {
-  LatticeMotion motion;
-  for (Eigen::Index row = 0; row < 3; ++row) {
-    for (Eigen::Index column = 0; column < 3; ++column) {
-      motion.rotation[static_cast<std::size_t>(3 * row + column)] = transform.rotation(row, column);
-    }
-    motion.translation[static_cast<std::size_t>(row)] = transform.translation[row];
-  }
-  return motion;
-}
-
-}  // namespace
 
 /// The keys of as many clusters from `first` as there is room for.
 void SubcellFinder::Find(const ClusterList& clusters, std::size_t first,
@@ -32,7 +18,7 @@ void SubcellFinder::Find(const ClusterList& clusters, std::size_t first,
     for (std::size_t i = 0; i < keys.size(); ++i) copied[i] = clusters.Mean(first + i);
   }
   static_assert(sizeof(Eigen::Vector3d) == 3 * sizeof(double));
-  FindSubcells(means->data(), keys.size(), MotionOf(lattice_from_clusters_),
+  FindSubcells(means->data(), keys.size(), KernelMotion(lattice_from_clusters_),
                std::ldexp(root_edge_m_, -OctreeCells::kDepth), keys.data());
 }
 

@@ -20,7 +20,7 @@ using Doubles = hn::Vec<Tag>;
 using Ints = hn::Vec<hn::Rebind<std::int64_t, Tag>>;
 
 /// `count` is a multiple of the lanes.
-void Subcells(const double* points, std::size_t count, const LatticeMotion& motion, double edge_m,
+void Subcells(const double* points, std::size_t count, const KernelMotion& motion, double edge_m,
               std::uint64_t* HWY_RESTRICT keys) {
   const Tag d;
   const hn::Rebind<std::int64_t, Tag> in_ints;
@@ -44,8 +44,8 @@ void Subcells(const double* points, std::size_t count, const LatticeMotion& moti
   }
 }
 
-void AllSubcells(const double* points, std::size_t count, const LatticeMotion& motion,
-                 double edge_m, std::uint64_t* HWY_RESTRICT keys) {
+void AllSubcells(const double* points, std::size_t count, const KernelMotion& motion, double edge_m,
+                 std::uint64_t* HWY_RESTRICT keys) {
   const std::size_t whole = count - count % hn::Lanes(Tag());
   Subcells(points, whole, motion, edge_m, keys);
   double last[3 * kMostLanes] = {};
@@ -64,7 +64,7 @@ namespace backsight {
 
 HWY_EXPORT(AllSubcells);
 
-void FindSubcells(const double* points, std::size_t count, const LatticeMotion& motion,
+void FindSubcells(const double* points, std::size_t count, const KernelMotion& motion,
                   double edge_m, std::uint64_t* keys) {
   HWY_DYNAMIC_DISPATCH(AllSubcells)(points, count, motion, edge_m, keys);
 }

@@ -62,7 +62,7 @@ class ArtifactStore {
   /// The bytes stored under `name`, if they belong to `key` and are whole. False otherwise; what is
   /// damaged is reported, whatever key it seems to have.
   bool Load(const std::string& name, const ArtifactKey& key, std::string* bytes) const;
-  /// Throws StorageFailure where the disk does not take it.
+  /// Throws StorageFailure where the disk does not take it; what was stored before then stays.
   void Store(const std::string& name, const ArtifactKey& key, const ArtifactBytes& bytes) const;
   void Store(const std::string& name, const ArtifactKey& key, std::string_view bytes) const;
   /// Reads the key only: damage within the bytes is not found.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <utility>
@@ -18,14 +19,19 @@ class LastPlanes {
     std::swap(tree_, tree);
   }  // the one before dies after the lock
 
-  /// Makes room for another one where no pair is at work with this one.
+  /// A new one; the last is gone before, where no pair is at work with it.
+  std::shared_ptr<const PlaneTree> Make(const std::function<PlaneTree()>& make) {
+    ForgetIdle();
+    return std::make_shared<const PlaneTree>(make());
+  }
+
+ private:
   void ForgetIdle() {
     std::shared_ptr<const PlaneTree> idle;
     const std::lock_guard lock(mutex_);
     if (tree_.use_count() == 1) std::swap(tree_, idle);
   }
 
- private:
   std::mutex mutex_;
   std::shared_ptr<const PlaneTree> tree_;
 };

@@ -1,6 +1,7 @@
 #include "pipeline/placed_clouds.h"
 
 #include <algorithm>
+#include <tuple>
 
 namespace backsight {
 
@@ -62,23 +63,32 @@ std::pair<double, double> MiddleOf(std::vector<double> values) {
   return {lowest, *high};
 }
 
-CloudExtent ExtentOf(const PlacedClouds& clouds) {
+namespace {
+
+/// One coordinate of the means of voxels, evenly chosen.
+std::vector<double> SampleAxis(const PlacedClouds& clouds, int axis) {
   constexpr std::size_t kMost = 1'000'000;
   const std::size_t stride = 1 + clouds.voxels() / kMost;
-  std::vector<double> values[3];
+  std::vector<double> values;
+  values.reserve(clouds.voxels() / stride + 1);
   std::size_t next = 0;
   for (const PlacedStation& placed : clouds.stations) {
     const VoxelLeaves& leaves = placed.station->model.leaves;
     for (; next < leaves.size(); next += stride) {
-      const Eigen::Vector3d p = placed.frame_from_instrument * leaves.Mean(next);
-      for (int axis = 0; axis < 3; ++axis) values[axis].push_back(p[axis]);
+      values.push_back((placed.frame_from_instrument * leaves.Mean(next))[axis]);
     }
     next -= leaves.size();
   }
+  return values;
+}
+
+}  // namespace
+
+CloudExtent ExtentOf(const PlacedClouds& clouds) {
   CloudExtent extent;
-  if (values[0].empty()) return extent;
-  for (int axis = 0; axis < 3; ++axis) {
-    std::tie(extent.min[axis], extent.max[axis]) = MiddleOf(std::move(values[axis]));
+  if (clouds.voxels() == 0) return extent;
+  for (int axis = 0; axis < 3; ++axis) {  // in turn: a million values are enough memory
+    std::tie(extent.min[axis], extent.max[axis]) = MiddleOf(SampleAxis(clouds, axis));
   }
   return extent;
 }

@@ -50,8 +50,7 @@ std::shared_ptr<const PlaneTree> PreparedStation::Planes(const Surface& surface,
     std::weak_ptr<const PlaneTree>& kept = kept_->planes[key];
     std::shared_ptr<const PlaneTree> found = kept.lock();
     if (!found) {
-      kept_->last_planes->ForgetIdle();
-      found = std::make_shared<const PlaneTree>(MakePlaneTree(surface, options));
+      found = kept_->last_planes->Make([&] { return MakePlaneTree(surface, options); });
       kept = found;
     }
     return found;

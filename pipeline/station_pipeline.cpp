@@ -113,8 +113,8 @@ void LoadStation(const SurveyOptions& options, const ExecutionContext& context,
   ForgetFault(store, name);
   ComputeStation(options, context, station);
   RequireUnchanged(station->spec.scan, station->scan, context);
-  store.Store(name, key, StationBytes(*station));
   ReturnFreeMemory();  // of the points and histograms on the way there
+  store.Store(name, key, StationBytes(*station));
 }
 
 void RefuseCopies(std::vector<Station>* stations) {

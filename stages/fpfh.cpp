@@ -242,7 +242,7 @@ class SimpleHistograms {
   const OrientedPlaces& oriented_;
   const Slabs& slabs_;
   double radius_m_;
-  std::vector<std::uint32_t> row_at_;  // by place: kKept times the row and the list; kNone: none
+  std::vector<std::uint32_t> row_at_;  // by place: kKept * row + list; kNone: none
   std::array<std::vector<SimpleHistogram>, kKept> rows_;
 };
 

@@ -25,9 +25,9 @@ inline constexpr std::size_t kFpfhSlabPoints = std::size_t{1} << 15U;
 ///
 /// `normals` by index of the grid's points, of unit length or NaN; `keypoints` are such indices,
 /// each once. A descriptor is NaN where its key point has no neighbour to be described by. Memory
-/// 24 bytes per point, and 72 for each near a key point in three neighbouring slabs, which hold
-/// `slab_points` at least and are no thinner than the radius; about 0.8 us for each of those with
-/// 250 neighbours. The bits do not depend on the slabs.
+/// 24 bytes per point, and 72 for each near a key point in the fullest slabs, three of them, which
+/// hold `slab_points` at least and are no thinner than the radius; about 0.8 us for each with 250
+/// neighbours. The bits do not depend on the slabs.
 std::vector<FpfhDescriptor> ComputeFpfh(const LeafGrid& grid,
                                         std::span<const Eigen::Vector3f> normals,
                                         std::span<const std::uint32_t> keypoints, double radius_m,

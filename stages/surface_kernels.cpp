@@ -36,7 +36,7 @@ HWY_INLINE Vector Minus(const Vector& a, const Vector& b) {
 }
 HWY_INLINE Doubles Norm(const Vector& v) { return hn::Sqrt(Dot(v, v)); }
 
-HWY_INLINE Vector Rotated(const SurfaceMotion& motion, const Vector& v) {
+HWY_INLINE Vector Rotated(const KernelMotion& motion, const Vector& v) {
   const Tag d;
   const auto row = [&](std::size_t r) {
     const double* m = motion.rotation.data() + 3 * r;
@@ -44,7 +44,7 @@ HWY_INLINE Vector Rotated(const SurfaceMotion& motion, const Vector& v) {
   };
   return {row(0), row(1), row(2)};
 }
-HWY_INLINE Vector Moved(const SurfaceMotion& motion, const Vector& v) {
+HWY_INLINE Vector Moved(const KernelMotion& motion, const Vector& v) {
   const Tag d;
   const Vector r = Rotated(motion, v);
   return {hn::Add(r.x, hn::Set(d, motion.translation[0])),
@@ -52,7 +52,7 @@ HWY_INLINE Vector Moved(const SurfaceMotion& motion, const Vector& v) {
           hn::Add(r.z, hn::Set(d, motion.translation[2]))};
 }
 
-std::size_t Uncertain(const SurfacePairColumns& pairs, const SurfaceMotion& motion, double reach_m,
+std::size_t Uncertain(const SurfacePairColumns& pairs, const KernelMotion& motion, double reach_m,
                       std::uint32_t* found) {
   const Tag d;
   constexpr double kRounding = 1e-9;
@@ -105,7 +105,7 @@ HWY_INLINE Vector Turned(const Vector& m, const Vector& v) {
           hn::Sub(hn::Mul(m.x, v.y), hn::Mul(m.y, v.x))};
 }
 
-void SumPairs(const SurfacePairColumns& pairs, const SurfaceMotion& motion,
+void SumPairs(const SurfacePairColumns& pairs, const KernelMotion& motion,
               const SurfacePairRule& rule, double* HWY_RESTRICT sums) {
   const Tag d;
   for (std::size_t i = 0; i < pairs.count; i += hn::Lanes(d)) {
@@ -152,12 +152,12 @@ namespace backsight {
 HWY_EXPORT(Uncertain);
 HWY_EXPORT(SumPairs);
 
-std::size_t FindUncertain(const SurfacePairColumns& pairs, const SurfaceMotion& motion,
+std::size_t FindUncertain(const SurfacePairColumns& pairs, const KernelMotion& motion,
                           double reach_m, std::uint32_t* found) {
   return HWY_DYNAMIC_DISPATCH(Uncertain)(pairs, motion, reach_m, found);
 }
 
-SurfacePairSums SumSurfacePairs(const SurfacePairColumns& pairs, const SurfaceMotion& motion,
+SurfacePairSums SumSurfacePairs(const SurfacePairColumns& pairs, const KernelMotion& motion,
                                 const SurfacePairRule& rule) {
   constexpr std::size_t kTerms = 28;
   constexpr std::size_t kLanes = 8;

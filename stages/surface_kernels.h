@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "core/kernel_motion.h"
+
 namespace backsight {
 
 /// Pieces of surface of a source and, for each, the one of a target that lay nearest when it was
@@ -19,15 +21,9 @@ struct SurfacePairColumns {
 };
 inline constexpr std::size_t kSurfacePadding = 8;
 
-/// Rotation, row by row, and translation.
-struct SurfaceMotion {
-  std::array<double, 9> rotation;
-  std::array<double, 3> translation;
-};
-
 /// Entries whose nearest may be another one under `motion`, ascending; `found` has room for all.
 /// "None within `reach_m`" is an answer too. Returns their number.
-std::size_t FindUncertain(const SurfacePairColumns& pairs, const SurfaceMotion& motion,
+std::size_t FindUncertain(const SurfacePairColumns& pairs, const KernelMotion& motion,
                           double reach_m, std::uint32_t* found);
 
 struct SurfacePairRule {
@@ -46,7 +42,7 @@ struct SurfacePairSums {
   std::array<double, 6> gradient;
   double matches = 0.0;
 };
-SurfacePairSums SumSurfacePairs(const SurfacePairColumns& pairs, const SurfaceMotion& motion,
+SurfacePairSums SumSurfacePairs(const SurfacePairColumns& pairs, const KernelMotion& motion,
                                 const SurfacePairRule& rule);
 
 }  // namespace backsight

@@ -35,17 +35,6 @@ std::array<const double*, 3> Begins(const Columns& columns) {
   return {columns[0].get(), columns[1].get(), columns[2].get()};
 }
 
-SurfaceMotion MotionOf(const RigidTransform& transform) {
-  SurfaceMotion motion;
-  for (Eigen::Index row = 0; row < 3; ++row) {
-    for (Eigen::Index column = 0; column < 3; ++column) {
-      motion.rotation[static_cast<std::size_t>(3 * row + column)] = transform.rotation(row, column);
-    }
-    motion.translation[static_cast<std::size_t>(row)] = transform.translation[row];
-  }
-  return motion;
-}
-
 }  // namespace
 
 SurfacePairs::SurfacePairs(const Surface& source, const Surface& target,
@@ -93,7 +82,7 @@ void SurfacePairs::AskAgain(const RigidTransform& target_from_source, std::size_
 
 SurfacePairSums SurfacePairs::Sum(const RigidTransform& target_from_source,
                                   const SurfacePairRule& rule) {
-  const SurfaceMotion motion = MotionOf(target_from_source);
+  const KernelMotion motion(target_from_source);
   const std::size_t count =
       is_asked_ ? FindUncertain(View(), motion, reach_m_, uncertain_.data()) : count_;
   AskAgain(target_from_source, count);

@@ -1,16 +1,18 @@
 """How time and memory of whole runs grow with stations and with points.
 
     python3 tests/benchmarks/scale_curves.py build/release/backsight stations [N ...]
-    python3 tests/benchmarks/scale_curves.py build/release/backsight points [FORMAT [SCENE]]
+    python3 tests/benchmarks/scale_curves.py build/release/backsight points [FORMAT]
+        [--scene square|hall]
 
 `stations` simulates quarters of small houses with a station every 8 m of street, N of them (5, 10, 20,
 50, 100, 200), scanned with beams 0.5 degrees apart, and registers each with voxels of 0.2 m, from
 nothing to the report; clouds and map are left out. `points` does the campaigns of
-campaign_throughput.py, at five stations, on its SCENE (square). Prints a row per campaign and the
-exponents fitted to the rows. Seconds of the processor say more than elapsed ones where the machine
-is shared.
+campaign_throughput.py, at five stations, on the square or in the hall. Prints a row per campaign
+and the exponents fitted to the rows. Seconds of the processor say more than elapsed ones where the
+machine is shared.
 """
 
+import argparse
 import json
 import math
 import os
@@ -129,13 +131,18 @@ def sweep_points(program, file_format, scene_name):
 
 
 def main():
-    program = os.path.abspath(sys.argv[1])
-    if sys.argv[2] == "stations":
-        sweep_stations(program, [int(n) for n in sys.argv[3:]] or STATIONS)
-    elif sys.argv[2] == "points":
-        sweep_points(program, *(sys.argv[3:5] + ["las", "square"][len(sys.argv[3:5]):]))
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("program", type=os.path.abspath)
+    sweeps = parser.add_subparsers(dest="sweep", required=True)
+    sweeps.add_parser("stations").add_argument("counts", nargs="*", type=int)
+    points = sweeps.add_parser("points")
+    points.add_argument("format", nargs="?", default="las")
+    points.add_argument("--scene", choices=campaign_throughput.SCENES, default="square")
+    arguments = parser.parse_args()
+    if arguments.sweep == "stations":
+        sweep_stations(arguments.program, arguments.counts or STATIONS)
     else:
-        sys.exit(__doc__)
+        sweep_points(arguments.program, arguments.format, arguments.scene)
 
 
 if __name__ == "__main__":

@@ -62,18 +62,25 @@ TEST(PreparedStation, StationsThatShareKeepThePlanesUsedLast) {
   EXPECT_EQ(at_work->roots(), planes_of(1)->roots());
 }
 
-TEST(LastPlanes, ForgetWhatNobodyIsAtWorkWith) {
+TEST(LastPlanes, AreGoneBeforeOthersAreMadeButForThoseAtWork) {
   const HallScene scene(1, {});
   const HallStation station(scene, {-5.0, -2.5, 1.6}, 10);
-  auto tree = std::make_shared<const PlaneTree>(MakePlaneTree(station.surface(), {}));
-  const std::weak_ptr<const PlaneTree> seen = tree;
   LastPlanes last;
-  last.Use(tree);
-  last.ForgetIdle();
-  tree = nullptr;
-  EXPECT_FALSE(seen.expired());
-  last.ForgetIdle();
-  EXPECT_TRUE(seen.expired());
+  std::weak_ptr<const PlaneTree> seen;
+  bool was_gone = false;
+  const auto make = [&] {
+    was_gone = seen.expired();
+    return MakePlaneTree(station.surface(), {});
+  };
+  auto at_work = last.Make(make);
+  last.Use(at_work);
+  seen = at_work;
+  last.Make(make);
+  EXPECT_FALSE(was_gone);
+  at_work = nullptr;
+  EXPECT_FALSE(seen.expired()) << "the last ones stay";
+  last.Make(make);
+  EXPECT_TRUE(was_gone);
 }
 
 }  // namespace
