@@ -45,6 +45,7 @@ VoxelLeaves VoxelShards::Finish() {
   BACKSIGHT_CHECK(!shards_.empty(), "voxels are handed out once");
   std::vector<VoxelClusterer> shards = std::exchange(shards_, {});
   std::vector<VoxelLeaves> parts;
+  parts.reserve(shards.size());
   for (VoxelClusterer& shard : shards) {  // whose sums are freed as soon as they are in a part
     parts.push_back(std::exchange(shard, VoxelClusterer({})).Finish());
   }
