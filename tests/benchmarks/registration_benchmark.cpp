@@ -209,6 +209,7 @@ class RatioReporter : public benchmark::ConsoleReporter {
   void PrintRatios() const {
     const std::vector<std::pair<std::string, std::string>> peers = {
         {"BM_MatchingPcl", "BM_Matching"},
+        {"BM_MatchingTogetherPcl", "BM_MatchingTogether"},
         {"BM_Matching8kPcl", "BM_Matching8k"},
         {"BM_PrerejectivePcl", "BM_RowsToMotion"},
         {"BM_GicpPcl", "BM_Fine"},
