@@ -31,10 +31,21 @@ struct Header {
 };
 constexpr std::size_t kHeaderBytes = kMagic.size() + 2 * sizeof(std::uint64_t) + kDigestBytes;
 
-std::string DigestOf(std::string_view key, std::string_view payload) {
+/// Of key and bytes, before the bytes are added.
+Fingerprint BeginDigest(std::string_view key, std::uint64_t payload_bytes) {
   Fingerprint fingerprint;
   fingerprint.Add(key);
-  fingerprint.Add(payload);
+  fingerprint.Add(payload_bytes);
+  return fingerprint;
+}
+
+void AddPiece(std::string_view piece, Fingerprint* fingerprint) {
+  fingerprint->Add(std::as_bytes(std::span(piece)));
+}
+
+std::string DigestOf(std::string_view key, std::string_view payload) {
+  Fingerprint fingerprint = BeginDigest(key, payload.size());
+  AddPiece(payload, &fingerprint);
   return fingerprint.Hex();
 }
 
@@ -157,13 +168,11 @@ void ArtifactStore::Store(const std::string& name, const ArtifactKey& key,
   Header header{key.text().size(), bytes.size, std::string(kDigestBytes, ' ')};
   file.Write(HeaderBytes(header));
   file.Write(key.text());
-  Fingerprint fingerprint;  // as DigestOf the whole
-  fingerprint.Add(key.text());
-  fingerprint.Add(bytes.size);
+  Fingerprint fingerprint = BeginDigest(key.text(), bytes.size);
   std::uint64_t written = 0;
   bytes.write([&](std::string_view piece) {
     file.Write(piece);
-    fingerprint.Add(std::as_bytes(std::span(piece)));
+    AddPiece(piece, &fingerprint);
     written += piece.size();
   });
   BACKSIGHT_CHECK(written == bytes.size, "an artifact has another size than it said");

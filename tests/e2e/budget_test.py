@@ -146,8 +146,8 @@ class Memory(Survey):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        cls.text = campaign.simulate(cls.folder, step_deg=0.2)
-        cls.text += "registration: {resolution_m: 0.05}\n"
+        cls.text = campaign.simulate(cls.folder, step_deg=0.14)
+        cls.text += "registration: {resolution_m: 0.035}\n"
 
     def run_within(self, memory_gb, text, exit_code):
         """Returns what the run says on stderr; its memory may not exceed the budget."""
