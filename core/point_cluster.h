@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 
 namespace backsight {
 
@@ -25,6 +26,9 @@ struct PointCluster {
     return *this;
   }
 };
+
+/// The count, which must be whole and below 2^32.
+std::uint32_t WholeCount(const PointCluster& cluster);
 
 inline PointCluster operator+(PointCluster a, const PointCluster& b) { return a += b; }
 

@@ -62,7 +62,7 @@ VoxelLeaves VoxelClusterer::Finish() const {
     order.emplace_back(sums_[voxel].key, voxel);
   }
   std::sort(order.begin(), order.end());
-  VoxelLeaves leaves;
+  VoxelLeaves leaves(lattice_);
   leaves.Reserve(sums_.size());
   for (const auto& [key, voxel] : order) leaves.Add(key, ClusterOf(sums_[voxel]));
   return leaves;

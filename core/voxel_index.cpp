@@ -40,11 +40,10 @@ unsigned FacesOf(std::uint32_t within) {
 
 }  // namespace
 
-VoxelIndex::VoxelIndex(const VoxelLattice& lattice, std::span<const std::uint64_t> keys)
-    : lattice_(lattice) {
+VoxelIndex::VoxelIndex(const VoxelPoints& points) : lattice_(points.lattice()) {
   std::vector<Place> places;
-  places.reserve(keys.size());
-  for (std::size_t i = 0; i < keys.size(); ++i) places.push_back(PlaceOf(keys[i], i));
+  places.reserve(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) places.push_back(PlaceOf(points.Key(i), i));
   std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
     return a.brick != b.brick ? a.brick < b.brick : a.within < b.within;
   });
@@ -124,8 +123,8 @@ void VoxelIndex::MarkNear(const Brick& brick, const Eigen::Vector3i& at) {
 /// beyond them may be nearer, as far as that. Lengths in cells where not said otherwise.
 class VoxelIndex::Search {
  public:
-  Search(const VoxelIndex& index, std::span<const Eigen::Vector3d> points,
-         const Eigen::Vector3d& query, double radius_m)
+  Search(const VoxelIndex& index, const VoxelPoints& points, const Eigen::Vector3d& query,
+         double radius_m)
       : index_(index),
         points_(points),
         query_(query),
@@ -165,8 +164,9 @@ class VoxelIndex::Search {
           if (brick == nullptr) continue;
           const int last = std::min(cell_.x() + 1 - kEdge * bx, kEdge - 1);
           for (int x = std::max(cell_.x() - 1 - kEdge * bx, 0); x <= last; ++x) {
-            auto offer = [&](std::uint32_t voxel) { Offer(voxel, SquaredDistance(voxel)); };
-            index_.VisitBits(*brick, x, wanted, offer);
+            index_.VisitBits(*brick, x, wanted, [&](std::uint32_t voxel, int bit) {
+              Offer(voxel, SquaredDistance(CellOf({bx, by, bz}, x, bit), voxel));
+            });
           }
         }
       }
@@ -181,8 +181,8 @@ class VoxelIndex::Search {
     });
   }
 
-  double SquaredDistance(std::uint32_t voxel) const {
-    return VoxelIndex::SquaredDistance(query_, points_[voxel]);
+  double SquaredDistance(const Eigen::Vector3i& cell, std::uint32_t voxel) const {
+    return VoxelIndex::SquaredDistance(query_, points_.InCell(cell, voxel));
   }
 
   /// Without branches, which nobody could foretell.
@@ -196,14 +196,14 @@ class VoxelIndex::Search {
   }
 
   const VoxelIndex& index_;
-  std::span<const Eigen::Vector3d> points_;
+  const VoxelPoints& points_;
   Eigen::Vector3d query_;
   Eigen::Vector3d place_;  // of the query
   Eigen::Vector3i cell_;
   Neighbor best_;
 };
 
-std::optional<VoxelIndex::Neighbor> VoxelIndex::Nearest(std::span<const Eigen::Vector3d> points,
+std::optional<VoxelIndex::Neighbor> VoxelIndex::Nearest(const VoxelPoints& points,
                                                         const Eigen::Vector3d& query,
                                                         double radius_m) const {
   if (!lattice_.Contains(query)) return std::nullopt;

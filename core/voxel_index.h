@@ -11,18 +11,19 @@
 #include <vector>
 
 #include "core/key_slot.h"
-#include "core/voxel_grid.h"
+#include "core/voxel_lattice.h"
+#include "core/voxel_points.h"
 
 namespace backsight {
 
 /// Occupied voxels of a lattice by position: bricks of 8 x 8 x 8 cells as bit masks in a hash
 /// table, so that a look-up costs a few instructions and what is near lies near. Voxels are known
-/// by their place in the list of keys. Memory: 4 bytes per voxel and about 220 per brick that holds
-/// or touches some. Queries are thread-safe.
+/// by their places in the list of points. Memory: 4 bytes per voxel and about 220 per brick that
+/// holds or touches some. Queries are thread-safe.
 class VoxelIndex {
  public:
-  /// `keys` are distinct and packed as VoxelLattice::Pack does. O(n log n).
-  VoxelIndex(const VoxelLattice& lattice, std::span<const std::uint64_t> keys);
+  /// Of the points' voxels, which are distinct. O(n log n).
+  explicit VoxelIndex(const VoxelPoints& points);
 
   std::optional<std::uint32_t> Find(const Eigen::Vector3i& cell) const;
 
@@ -36,23 +37,23 @@ class VoxelIndex {
     double squared_m2 = 0.0;
     double others_squared_m2 = 0.0;  ///< no other point is closer than this
   };
-  /// The nearest of `points`, point i in the cell of voxel i, none if all are farther from `query`
+  /// The nearest of the points that the index was made of, none if all are farther from `query`
   /// than `radius_m`; equal distances go to the lower voxel. `others_squared_m2` is no less than
   /// the least of the second nearest's, the radius's and that of the nearest cell that does not
   /// touch the query's own. Time O(1) for a radius of a few cells.
-  std::optional<Neighbor> Nearest(std::span<const Eigen::Vector3d> points,
-                                  const Eigen::Vector3d& query, double radius_m) const;
+  std::optional<Neighbor> Nearest(const VoxelPoints& points, const Eigen::Vector3d& query,
+                                  double radius_m) const;
 
-  /// Calls `visit(voxel, squared_m2)` for those of `points`, point i in the cell of voxel i, that
-  /// are closer to `query` than `radius_m`, in an order that depends on the voxels and the query's
+  /// Calls `visit(voxel, squared_m2)` for those of the points that the index was made of that are
+  /// closer to `query` than `radius_m`, in an order that depends on the voxels and the query's
   /// cell.
   template <class Visit>
-  void VisitWithin(std::span<const Eigen::Vector3d> points, const Eigen::Vector3d& query,
-                   double radius_m, Visit visit) const;
+  void VisitWithin(const VoxelPoints& points, const Eigen::Vector3d& query, double radius_m,
+                   Visit visit) const;
 
  private:
   static constexpr int kEdge = 8;            // of a brick, cells
-  static constexpr double kRounding = 1e-9;  // cells: means may lie beside their own by rounding
+  static constexpr double kRounding = 1e-9;  // cells: of where a query lies
   struct Brick {
     std::array<std::uint64_t, kEdge> masks{};  // per x; bit 8 y + z
     std::array<std::uint64_t, kEdge> near{};   // the same of cells that hold or touch a voxel
@@ -82,12 +83,18 @@ class VoxelIndex {
     const Eigen::Vector3d d = a - b;
     return d.x() * d.x() + d.y() * d.y() + d.z() * d.z();
   }
+  /// Calls `visit(voxel, bit)` for the wanted voxels of a brick's slice across x.
   template <class Visit>
-  void VisitBits(const Brick& brick, int x, std::uint64_t wanted, Visit& visit) const {
+  void VisitBits(const Brick& brick, int x, std::uint64_t wanted, const Visit& visit) const {
     for (std::uint64_t bits = brick.masks[static_cast<std::size_t>(x)] & wanted; bits != 0;
          bits &= bits - 1) {
-      visit(order_[VoxelBefore(brick, x, std::countr_zero(bits))]);
+      const int bit = std::countr_zero(bits);
+      visit(order_[VoxelBefore(brick, x, bit)], bit);
     }
+  }
+  /// The cell of a bit of a slice of the brick `at`.
+  static Eigen::Vector3i CellOf(const Eigen::Vector3i& at, int x, int bit) {
+    return {kEdge * at.x() + x, kEdge * at.y() + (bit >> 3), kEdge * at.z() + (bit & 7)};
   }
   /// The bits from place `first` to place `last`, cut to 0 .. 7, each place `width` bits.
   static std::uint64_t Run(int first, int last, int width) {
@@ -150,14 +157,15 @@ void VoxelIndex::VisitAround(const Eigen::Vector3d& point, Visit visit) const {
   if (y < 7) cross |= 1ULL << (bit + 8);
   if (z > 0) cross |= 1ULL << (bit - 1);
   if (z < 7) cross |= 1ULL << (bit + 1);
-  VisitBits(*own, x, cross, visit);
-  if (x > 0) VisitBits(*own, x - 1, 1ULL << bit, visit);
-  if (x < 7) VisitBits(*own, x + 1, 1ULL << bit, visit);
+  const auto offer = [&](std::uint32_t voxel, int) { visit(voxel); };
+  VisitBits(*own, x, cross, offer);
+  if (x > 0) VisitBits(*own, x - 1, 1ULL << bit, offer);
+  if (x < 7) VisitBits(*own, x + 1, 1ULL << bit, offer);
   const auto beyond = [&](int axis, int place, int in_x, int in_bit) {
     Eigen::Vector3i next = at;
     next[axis] += place == 0 ? -1 : 1;
     if (const Brick* brick = BrickAt(next); brick != nullptr) {
-      VisitBits(*brick, in_x, 1ULL << in_bit, visit);
+      VisitBits(*brick, in_x, 1ULL << in_bit, offer);
     }
   };
   const auto on_face = [](int place) { return place == 0 || place == 7; };
@@ -167,7 +175,7 @@ void VoxelIndex::VisitAround(const Eigen::Vector3d& point, Visit visit) const {
 }
 
 template <class Visit>
-void VoxelIndex::VisitWithin(std::span<const Eigen::Vector3d> points, const Eigen::Vector3d& query,
+void VoxelIndex::VisitWithin(const VoxelPoints& points, const Eigen::Vector3d& query,
                              double radius_m, Visit visit) const {
   if (!lattice_.Contains(query)) return;
   const Eigen::Vector3d place = (query - lattice_.origin) / lattice_.edge_m;
@@ -179,10 +187,6 @@ void VoxelIndex::VisitWithin(std::span<const Eigen::Vector3d> points, const Eige
   const Eigen::Vector3i first = cell(-reach);
   const Eigen::Vector3i last = cell(reach);
   const double squared_radius = radius_m * radius_m;
-  const auto offer = [&](std::uint32_t voxel) {
-    const double squared = SquaredDistance(query, points[voxel]);
-    if (squared < squared_radius) visit(voxel, squared);
-  };
   for (int bx = first.x() >> 3; bx <= last.x() >> 3; ++bx) {
     for (int by = first.y() >> 3; by <= last.y() >> 3; ++by) {
       for (int bz = first.z() >> 3; bz <= last.z() >> 3; ++bz) {
@@ -192,7 +196,11 @@ void VoxelIndex::VisitWithin(std::span<const Eigen::Vector3d> points, const Eige
                                             first.z() - kEdge * bz, last.z() - kEdge * bz);
         const int x_last = std::min(last.x() - kEdge * bx, kEdge - 1);
         for (int x = std::max(first.x() - kEdge * bx, 0); x <= x_last; ++x) {
-          VisitBits(*brick, x, wanted, offer);
+          VisitBits(*brick, x, wanted, [&](std::uint32_t voxel, int bit) {
+            const Eigen::Vector3d point = points.InCell(CellOf({bx, by, bz}, x, bit), voxel);
+            const double squared = SquaredDistance(query, point);
+            if (squared < squared_radius) visit(voxel, squared);
+          });
         }
       }
     }

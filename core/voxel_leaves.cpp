@@ -47,38 +47,33 @@ std::vector<T> Merged(std::vector<std::vector<T>> columns, const std::vector<Par
 
 VoxelLeaves VoxelLeaves::Merge(std::vector<VoxelLeaves> parts) {
   BACKSIGHT_CHECK(parts.size() <= kMostParts, "too many parts");
+  if (parts.empty()) return VoxelLeaves();
+  VoxelLeaves leaves(parts.front().lattice());
   std::size_t voxels = 0;
   Columns keys;
-  std::vector<std::vector<Eigen::Vector3d>> means;
-  std::vector<std::vector<ClusterSpread>> spreads;
+  std::vector<std::vector<VoxelPoints::Places>> places;
+  std::vector<std::vector<VoxelSpread>> spreads;
   for (VoxelLeaves& part : parts) {
     voxels += part.size();
-    keys.push_back(std::move(part.keys_));
-    means.push_back(std::move(part.means_));
+    keys.push_back(std::move(part.means_.keys_));
+    places.push_back(std::move(part.means_.places_));
     spreads.push_back(std::move(part.spreads_));
   }
   const std::vector<Part> order = MergedOrder(keys, voxels);
-  VoxelLeaves leaves;
-  leaves.keys_ = Merged(std::move(keys), order);
-  leaves.means_ = Merged(std::move(means), order);
+  leaves.means_.keys_ = Merged(std::move(keys), order);
+  leaves.means_.places_ = Merged(std::move(places), order);
   leaves.spreads_ = Merged(std::move(spreads), order);
   return leaves;
 }
 
 void VoxelLeaves::Reserve(std::size_t voxels) {
-  keys_.reserve(voxels);
-  means_.reserve(voxels);
+  means_.Reserve(voxels);
   spreads_.reserve(voxels);
 }
 
 void VoxelLeaves::Add(std::uint64_t key, const PointCluster& cluster) {
-  keys_.push_back(key);
-  means_.push_back(cluster.mean);
+  means_.Add(key, cluster.mean);
   spreads_.emplace_back(cluster);
-}
-
-void VoxelLeaves::Translate(const Eigen::Vector3d& by) {
-  for (Eigen::Vector3d& mean : means_) mean += by;
 }
 
 }  // namespace backsight

@@ -6,49 +6,53 @@
 #include <vector>
 
 #include "core/archive.h"
-#include "core/cluster_spread.h"
 #include "core/point_cluster.h"
+#include "core/voxel_points.h"
+#include "core/voxel_spread.h"
 
 namespace backsight {
 
 /// The occupied voxels of a lattice, each with the cluster of its points: key
-/// (VoxelLattice::Pack), mean and spread, each in a row of its own. 60 bytes per voxel; what the
-/// spread's precision is, ClusterSpread says.
+/// (VoxelLattice::Pack), mean and spread, each in a row of its own. 32 bytes per voxel; how precise
+/// they are, VoxelPoints and VoxelSpread say.
 class VoxelLeaves {
  public:
-  std::size_t size() const { return keys_.size(); }
-  bool empty() const { return keys_.empty(); }
+  VoxelLeaves() = default;
+  explicit VoxelLeaves(const VoxelLattice& lattice) : means_(lattice) {}
+
+  const VoxelLattice& lattice() const { return means_.lattice(); }
+  std::size_t size() const { return means_.size(); }
+  bool empty() const { return size() == 0; }
   void Reserve(std::size_t voxels);
+  /// The mean must lie in the voxel `key`, but for rounding.
   void Add(std::uint64_t key, const PointCluster& cluster);
   static constexpr std::size_t kMostParts = 256;
-  /// Brings kMostParts parts at most, each sorted by key, no key twice, into one: O(n log parts).
-  /// Beside what they hold it takes the memory of one column, at most 29 bytes per voxel.
+  /// Brings kMostParts parts at most, of one lattice, each sorted by key, no key twice, into one:
+  /// O(n log parts). Beside what they hold it takes the memory of one column, at most 19 bytes per
+  /// voxel.
   static VoxelLeaves Merge(std::vector<VoxelLeaves> parts);
-  /// Moves all points; the keys stay.
-  void Translate(const Eigen::Vector3d& by);
+  /// Moves all points, and the lattice with them; the keys stay.
+  void Translate(const Eigen::Vector3d& by) { means_.Translate(by); }
 
-  std::uint64_t Key(std::size_t i) const { return keys_[i]; }
-  const Eigen::Vector3d& Mean(std::size_t i) const { return means_[i]; }
+  std::uint64_t Key(std::size_t i) const { return means_.Key(i); }
+  Eigen::Vector3d Mean(std::size_t i) const { return means_[i]; }
   double Count(std::size_t i) const { return spreads_[i].count(); }
   PointCluster Cluster(std::size_t i) const { return spreads_[i].About(means_[i]); }
 
-  std::span<const std::uint64_t> keys() const { return keys_; }
-  std::span<const Eigen::Vector3d> means() const { return means_; }
+  std::span<const std::uint64_t> keys() const { return means_.keys(); }
+  const VoxelPoints& means() const { return means_; }
 
   template <class Archive>
   friend void Transfer(Archive& archive, VoxelLeaves& leaves) {
-    archive(leaves.keys_, leaves.means_, leaves.spreads_);
+    archive(leaves.means_, leaves.spreads_);
     if constexpr (Archive::kReads) {
-      if (leaves.means_.size() != leaves.size() || leaves.spreads_.size() != leaves.size()) {
-        throw DamagedArchive();
-      }
+      if (leaves.spreads_.size() != leaves.size()) throw DamagedArchive();
     }
   }
 
  private:
-  std::vector<std::uint64_t> keys_;
-  std::vector<Eigen::Vector3d> means_;
-  std::vector<ClusterSpread> spreads_;
+  VoxelPoints means_;
+  std::vector<VoxelSpread> spreads_;
 };
 
 }  // namespace backsight

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -20,16 +19,11 @@ class ClusterList {
   PointCluster operator[](std::size_t i) const {
     return leaves_ != nullptr ? leaves_->Cluster(i) : clusters_[i];
   }
-  const Eigen::Vector3d& Mean(std::size_t i) const {
+  Eigen::Vector3d Mean(std::size_t i) const {
     return leaves_ != nullptr ? leaves_->Mean(i) : clusters_[i].mean;
   }
   double Count(std::size_t i) const {
     return leaves_ != nullptr ? leaves_->Count(i) : clusters_[i].count;
-  }
-  /// Those of all clusters, where they lie one after another.
-  std::optional<std::span<const Eigen::Vector3d>> means() const {
-    if (leaves_ == nullptr) return std::nullopt;
-    return leaves_->means();
   }
 
  private:

@@ -10,15 +10,10 @@ namespace backsight {
 /// The keys of as many clusters from `first` as there is room for.
 void SubcellFinder::Find(const ClusterList& clusters, std::size_t first,
                          std::span<std::uint64_t> keys) const {
-  std::array<Eigen::Vector3d, kRun> copied;  // where they do not lie one after another
-  const Eigen::Vector3d* means = copied.data();
-  if (const auto all = clusters.means()) {
-    means = all->data() + first;
-  } else {
-    for (std::size_t i = 0; i < keys.size(); ++i) copied[i] = clusters.Mean(first + i);
-  }
+  std::array<Eigen::Vector3d, kRun> means;  // one after another
+  for (std::size_t i = 0; i < keys.size(); ++i) means[i] = clusters.Mean(first + i);
   static_assert(sizeof(Eigen::Vector3d) == 3 * sizeof(double));
-  FindSubcells(means->data(), keys.size(), KernelMotion(lattice_from_clusters_),
+  FindSubcells(means.front().data(), keys.size(), KernelMotion(lattice_from_clusters_),
                std::ldexp(root_edge_m_, -OctreeCells::kDepth), keys.data());
 }
 

@@ -37,7 +37,7 @@ std::function<bool(const Eigen::Vector3d&)> IsMovingFunction(const Station& stat
   if (moving.leaves.empty()) return {};
   auto keys = std::make_shared<std::unordered_set<std::uint64_t>>();
   for (const std::uint32_t leaf : moving.leaves) keys->insert(station.model.leaves.Key(leaf));
-  return [keys, lattice = station.model.lattice, origin = station.model.scanner_origin](
+  return [keys, lattice = station.model.lattice(), origin = station.model.scanner_origin](
              const Eigen::Vector3d& point) { return keys->contains(lattice.Key(point - origin)); };
 }
 

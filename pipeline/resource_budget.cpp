@@ -28,10 +28,10 @@ namespace fs = std::filesystem;
 constexpr double kGigabyte = 1e9;
 constexpr std::uint64_t kProgramBytes = 60'000'000;  // code and libraries
 // A stored station takes this much more in memory: index, range image, what finds its features and
-// what its pairs need (measured: 1.7 on ETH Facade, 1.5 to 1.8 on a simulated square).
-constexpr double kLeastPerStored = 1.4;
-constexpr double kLikelyPerStored = 1.9;
-constexpr std::uint64_t kBytesPerVoxel = 72;  // stored
+// what its pairs need (measured: 2.0 on ETH Facade, 2.0 to 2.2 on a simulated square and hall).
+constexpr double kLeastPerStored = 1.8;
+constexpr double kLikelyPerStored = 2.2;
+constexpr std::uint64_t kBytesPerVoxel = 46;  // stored
 // Scans of a million points and more fall into 30,000 voxels at least and 200,000 on average.
 constexpr std::uint64_t kFewestPointsPerVoxel = 40;
 constexpr std::uint64_t kFewVoxels = 30'000;

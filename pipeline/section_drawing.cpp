@@ -28,7 +28,7 @@ std::optional<VoxelCut> CutVoxel(const Station& station, std::size_t leaf,
                                  const RigidTransform& paper_from_instrument,
                                  double half_thickness_m) {
   const double edge_m = station.model.resolution_m();
-  const Eigen::Vector3d& mean = station.model.leaves.Mean(leaf);
+  const Eigen::Vector3d mean = station.model.leaves.Mean(leaf);
   const double height = (paper_from_instrument * mean).z();
   if (std::abs(height) > half_thickness_m + edge_m) return std::nullopt;
   VoxelCut cut;

@@ -34,7 +34,7 @@ std::string FingerprintOf(const StationModel& model) {
   Fingerprint fingerprint;
   for (std::size_t i = 0; i < model.leaves.size(); ++i) {
     fingerprint.Add(model.leaves.Key(i));
-    const Eigen::Vector3d& mean = model.leaves.Mean(i);
+    const Eigen::Vector3d mean = model.leaves.Mean(i);
     const double values[4] = {model.leaves.Count(i), mean.x(), mean.y(), mean.z()};
     fingerprint.Add(std::as_bytes(std::span(values)));
   }

@@ -183,7 +183,7 @@ CloudSample SampleCloud(const StationModel& model, std::size_t leaves) {
 }
 
 CloudIndex::CloudIndex(const StationModel& model)
-    : voxels(model.lattice, model.leaves.keys()),
+    : voxels(model.leaves.means()),
       sieve(SampleCloud(model, 1500)),
       sample(SampleCloud(model, 20000)) {}
 

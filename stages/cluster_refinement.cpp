@@ -108,7 +108,7 @@ class NearestMemory {
     return others_m > (entry.voxel == kNone ? reach_m_ : Distance(entry.voxel, moved));
   }
 
-  std::span<const Eigen::Vector3d> means_;
+  const VoxelPoints& means_;
   const CloudIndex& index_;
   double reach_m_;
   std::vector<Entry> entries_;

@@ -127,8 +127,7 @@ class Pass {
     for (const Slot& slot : slots_) all.Add(slot.extremes);
     return all;
   }
-  const VoxelLattice& lattice() const { return lattice_; }
-  VoxelLeaves TakeLeaves() { return shards_ ? shards_->Finish() : VoxelLeaves(); }
+  VoxelLeaves TakeLeaves() { return shards_ ? shards_->Finish() : VoxelLeaves(lattice_); }
 
  private:
   void Begin(const PointChunk& points) {
@@ -185,7 +184,6 @@ InputError TooFewLeaves(const IngestResult& result, const OutOfRange& out, std::
 
 /// From station to instrument coordinates; the range image is made of the latter.
 void MoveToInstrument(double pixel_deg, StationModel* model) {
-  model->lattice.origin -= model->scanner_origin;
   model->leaves.Translate(-model->scanner_origin);
   model->range_image = ImageOf(model->leaves, pixel_deg);
 }
@@ -215,7 +213,6 @@ IngestResult IngestScan(const std::string& station_id, ScanReader& reader,
   result.tally = reader.tally();
   result.out_of_range = out.nearer + out.farther;
   result.model.id = station_id;
-  result.model.lattice = pass.lattice();
   result.model.leaves = pass.TakeLeaves();
   result.model.min = extremes.min;
   result.model.max = extremes.max;

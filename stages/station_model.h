@@ -7,7 +7,7 @@
 
 #include "core/range_image.h"
 #include "core/rigid_transform.h"
-#include "core/voxel_grid.h"
+#include "core/voxel_leaves.h"
 
 namespace backsight {
 
@@ -28,14 +28,15 @@ struct StationModel {
   std::string id;
   Eigen::Vector3d scanner_origin = Eigen::Vector3d::Zero();  ///< instrument, station frame, metres
   ScannerPlace scanner_place = ScannerPlace::kAssumed;       ///< how far scanner_origin counts
-  VoxelLattice lattice;    ///< instrument frame; its edge is the resolution l
-  VoxelLeaves leaves;      ///< sorted by key; the cluster's mean is the representative point
-  RangeImage range_image;  ///< instrument frame
+  /// Sorted by key; the cluster's mean is the representative point. Instrument frame.
+  VoxelLeaves leaves;
+  RangeImage range_image;                         ///< instrument frame
   Eigen::Vector3d min = Eigen::Vector3d::Zero();  ///< bounds of all raw points, station frame
   Eigen::Vector3d max = Eigen::Vector3d::Zero();
   std::uint64_t points = 0;
 
-  double resolution_m() const { return lattice.edge_m; }
+  const VoxelLattice& lattice() const { return leaves.lattice(); }
+  double resolution_m() const { return lattice().edge_m; }  ///< l
   RigidTransform StationFromInstrument() const {
     return {Eigen::Matrix3d::Identity(), scanner_origin};
   }

@@ -43,7 +43,7 @@ void SurfaceIncidence::FindLeaf(std::uint64_t key) {
 std::optional<double> SurfaceIncidence::CosAt(const Eigen::Vector3d& station_point) {
   if (!surface_.scanner_credible) return std::nullopt;
   const Eigen::Vector3d beam = station_point - surface_.model.scanner_origin;
-  const std::uint64_t key = surface_.model.lattice.Key(beam);
+  const std::uint64_t key = surface_.model.lattice().Key(beam);
   if (key_ != key) FindLeaf(key);
   const double range = beam.norm();
   if (!normal_ || !(range > 0.0)) return std::nullopt;

@@ -43,15 +43,14 @@ SurfaceMatcher::SurfaceMatcher(std::span<const StationModel* const> stations,
   for (const StationModel* model : stations) l_ = std::max(l_, model->resolution_m());
   context.ParallelFor(stations.size(), [&](std::size_t s) {
     Voxels& voxels = voxels_[s];
-    std::vector<std::uint64_t> keys;
+    voxels.means = VoxelPoints(stations[s]->lattice());
     for (std::size_t i = 0; i < stations[s]->leaves.size(); ++i) {
       const Eigen::Vector3f& normal = (*normals[s])[i];
       if (!normal.allFinite() || covered(s, i)) continue;
-      voxels.means.push_back(stations[s]->leaves.Mean(i));
+      voxels.means.Add(stations[s]->leaves.Key(i), stations[s]->leaves.Mean(i));
       voxels.normals.push_back(normal);
-      keys.push_back(stations[s]->leaves.Key(i));
     }
-    voxels.index = std::make_unique<VoxelIndex>(stations[s]->lattice, keys);
+    voxels.index = std::make_unique<VoxelIndex>(voxels.means);
   });
 }
 

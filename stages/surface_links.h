@@ -27,7 +27,7 @@ struct SurfaceObservations {
 class SurfaceMatcher {
  public:
   /// `covered(s, i)`: voxel i of station s is part of a plane. `normals[s]` per leaf, NaN where
-  /// undefined. Keeps the uncovered voxels, 40 bytes each.
+  /// undefined. Keeps the uncovered voxels, 36 bytes each.
   SurfaceMatcher(std::span<const StationModel* const> stations,
                  std::span<const std::vector<Eigen::Vector3f>* const> normals,
                  const std::function<bool(std::size_t, std::size_t)>& covered,
@@ -43,7 +43,7 @@ class SurfaceMatcher {
 
  private:
   struct Voxels {
-    std::vector<Eigen::Vector3d> means;
+    VoxelPoints means;
     std::vector<Eigen::Vector3f> normals;
     std::unique_ptr<VoxelIndex> index;
   };

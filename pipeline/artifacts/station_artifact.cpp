@@ -5,14 +5,9 @@
 namespace backsight {
 
 template <class Archive>
-void Transfer(Archive& archive, VoxelLattice& lattice) {
-  archive(lattice.edge_m, lattice.origin);
-}
-
-template <class Archive>
 void Transfer(Archive& archive, StationModel& model) {
-  archive(model.id, model.scanner_origin, model.scanner_place, model.lattice, model.leaves,
-          model.min, model.max, model.points);
+  archive(model.id, model.scanner_origin, model.scanner_place, model.leaves, model.min, model.max,
+          model.points);
   double pixel_deg = 180.0 / model.range_image.rows();
   archive(pixel_deg);
   if constexpr (Archive::kReads) model.range_image = ImageOf(model.leaves, pixel_deg);

@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "core/random.h"
+#include "core/voxel_grid.h"
 #include "graph/planar_adjustment.h"
 #include "stages/network_refinement.h"
 #include "tests/benchmarks/ceres_planes.h"

@@ -27,6 +27,9 @@ VoxelLeaves Cluster(const std::vector<Eigen::Vector3d>& points, const VoxelLatti
   return clusterer.Finish();
 }
 
+constexpr double kPlace = 0x1p-17;  // edges: what voxels' means are rounded by
+constexpr double kSpread = 1e-4;    // the same of their scatter
+
 TEST(VoxelGrid, EqualsBruteForce) {
   const VoxelLattice lattice{.edge_m = 0.3};
   const auto points = RandomPoints(1, 5000, {0.1, -0.2, 3.0});
@@ -49,8 +52,8 @@ TEST(VoxelGrid, EqualsBruteForce) {
     for (const auto& p : members) mean += p / static_cast<double>(members.size());
     Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
     for (const auto& p : members) scatter += (p - mean) * (p - mean).transpose();
-    EXPECT_LT((found.mean - mean).norm(), 1e-12);
-    EXPECT_LE((found.scatter - scatter).norm(), 1e-6 * scatter.norm() + 1e-15);
+    EXPECT_LT((found.mean - mean).lpNorm<Eigen::Infinity>(), kPlace * lattice.edge_m + 1e-12);
+    EXPECT_LE((found.scatter - scatter).norm(), kSpread * scatter.norm() + 1e-15);
   }
 }
 
@@ -62,7 +65,7 @@ TEST(VoxelGrid, DoesNotDependOnPointOrderBeyondRounding) {
   ASSERT_EQ(forward.size(), backward.size());
   for (std::size_t i = 0; i < forward.size(); ++i) {
     EXPECT_EQ(forward.Key(i), backward.Key(i));
-    EXPECT_LT((forward.Mean(i) - backward.Mean(i)).norm(), 1e-12);
+    EXPECT_LT((forward.Mean(i) - backward.Mean(i)).norm(), kPlace * 0.25);
   }
 }
 
@@ -81,14 +84,14 @@ TEST(VoxelGrid, ScatterSurvivesCoordinatesOfMillions) {
 
 TEST(VoxelGrid, ClustersAreAdditive) {
   const auto points = RandomPoints(4, 4000, {5.0, 5.0, 5.0});
-  const auto whole = Cluster(points, {.edge_m = 100.0});
-  ASSERT_EQ(whole.size(), 1U);
+  PointCluster whole;
+  for (const auto& p : points) whole += {1.0, p, Eigen::Matrix3d::Zero()};
   PointCluster sum;
   const VoxelLeaves parts = Cluster(points, {.edge_m = 0.2});
   for (std::size_t i = 0; i < parts.size(); ++i) sum += parts.Cluster(i);
-  EXPECT_EQ(sum.count, whole.Count(0));
-  EXPECT_LT((sum.mean - whole.Mean(0)).norm(), 1e-10);
-  EXPECT_LT((sum.scatter - whole.Cluster(0).scatter).norm(), 1e-7 * sum.scatter.norm());
+  EXPECT_EQ(sum.count, whole.count);
+  EXPECT_LT((sum.mean - whole.mean).norm(), kPlace * 0.2);
+  EXPECT_LT((sum.scatter - whole.scatter).norm(), 1e-6 * whole.scatter.norm());
 }
 
 TEST(VoxelGrid, KeysRoundTripAtTheLimits) {

@@ -20,8 +20,8 @@ TEST(VoxelLeaves, PartsMergeIntoAllByKey) {
     const Eigen::Matrix3d scatter = Eigen::Vector3d(1.0 + i, 2.0 + i, 0.5).asDiagonal();
     all.try_emplace(lattice.Key(mean), random.Index(7), PointCluster{4.0 + i, mean, scatter});
   }
-  std::vector<VoxelLeaves> parts(8);  // the last one stays empty
-  VoxelLeaves expected;
+  std::vector<VoxelLeaves> parts(8, VoxelLeaves(lattice));  // the last one stays empty
+  VoxelLeaves expected(lattice);
   for (const auto& [key, voxel] : all) {
     parts[voxel.first].Add(key, voxel.second);
     expected.Add(key, voxel.second);

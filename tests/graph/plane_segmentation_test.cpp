@@ -304,7 +304,9 @@ TEST(FindPlanes, VoxelLeavesAndThreadsChangeNothingButRounding) {
   std::vector<VoxelLeaves> leaves;
   for (const auto& clusters : room.clusters) {
     leaves.emplace_back();
-    for (const PointCluster& cluster : clusters) leaves.back().Add(0, cluster);
+    for (const PointCluster& cluster : clusters) {
+      leaves.back().Add(leaves.back().lattice().Key(cluster.mean), cluster);
+    };
   }
   const std::vector<ClusterList> lists(leaves.begin(), leaves.end());
   const ExecutionContext four(4);

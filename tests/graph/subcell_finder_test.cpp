@@ -24,12 +24,13 @@ TEST(SubcellFinder, FindsTheCellsOfTheLatticeForAnyNumberOfClusters) {
   std::iota(counts.begin(), counts.end(), std::size_t{0});
   counts.insert(counts.end(), {511, 512, 513, 1100});  // runs end
   for (const std::size_t count : counts) {
-    VoxelLeaves leaves;
+    const VoxelLattice voxels{.edge_m = 0.1};
+    VoxelLeaves leaves(voxels);
     std::vector<PointCluster> clusters;
     for (std::size_t i = 0; i < count; ++i) {
       const RigidTransform place = RandomTransform(random, 30.0);
       clusters.push_back({1.0, place.translation, Eigen::Matrix3d::Zero()});
-      leaves.Add(i, clusters.back());
+      leaves.Add(voxels.Key(place.translation), clusters.back());
     }
     const RigidTransform motion = RandomTransform(random, 5.0);
     ForEachInstructionSet([&](const std::string& name) {
@@ -42,7 +43,7 @@ TEST(SubcellFinder, FindsTheCellsOfTheLatticeForAnyNumberOfClusters) {
             });
         ASSERT_EQ(found.size(), count);
         for (std::size_t i = 0; i < count; ++i) {
-          EXPECT_EQ(found[i], fine.Key(motion * clusters[i].mean)) << name << i;
+          EXPECT_EQ(found[i], fine.Key(motion * list.Mean(i))) << name << i;
         }
       }
     });

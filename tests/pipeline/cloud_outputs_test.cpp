@@ -4,6 +4,7 @@
 
 #include <set>
 
+#include "core/voxel_grid.h"
 #include "io/e57/e57_writer.h"
 #include "pipeline/e57_scans.h"
 #include "tests/io/scan_files.h"
@@ -232,7 +233,7 @@ TEST_F(CloudOutputsTest, ThinningPrefersTheStationThatFacesTheSurface) {
   for (const std::size_t s : {0U, 1U}) {
     network_.survey_from_station[s] = {Eigen::Matrix3d::Identity(), scanners[s]};
     StationModel& model = stations_[s].model;
-    VoxelClusterer clusterer(model.lattice);
+    VoxelClusterer clusterer(model.lattice());
     PointChunk& chunk = points_.emplace_back(points_[s]);
     for (std::size_t i = 0; i < chunk.size(); ++i) {
       const Eigen::Vector3d wall(0.0, random.Uniform(-0.5, 0.5), random.Uniform(-0.5, 0.5));

@@ -18,11 +18,13 @@ namespace {
 /// Voxels with 40 points each in the floor, every `edge_m` within the given sides.
 Station Floor(double edge_m, double length_m, double width_m) {
   Station station;
-  station.model.lattice.edge_m = edge_m;
+  VoxelLeaves& leaves = station.model.leaves;
+  leaves = VoxelLeaves({.edge_m = edge_m});
   for (double x = 0.0; x < length_m; x += edge_m) {
     for (double y = 0.0; y < width_m; y += edge_m) {
       const Eigen::Matrix3d scatter = Eigen::Vector3d(0.03, 0.03, 1e-6).asDiagonal();
-      station.model.leaves.Add(0, {40.0, {x, y, 0.0}, scatter});
+      const Eigen::Vector3d mean(x + 0.25 * edge_m, y + 0.25 * edge_m, 0.0);
+      leaves.Add(leaves.lattice().Key(mean), {40.0, mean, scatter});
     }
   }
   station.index = std::make_shared<CloudIndex>(station.model);

@@ -29,7 +29,7 @@ Counts CountBlock(const Surface& moved, const CloudSample& sample, std::size_t b
     const Eigen::Vector3f normal = rotation * moved.normals[leaf];
     bool met = false;
     double score = 0.0;
-    const Eigen::Vector3i cell = reference.model.lattice.Cell(point);
+    const Eigen::Vector3i cell = reference.model.lattice().Cell(point);
     for (int i = 0; i < 27; ++i) {
       const Eigen::Vector3i step(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1);
       if (step.cwiseAbs().sum() > 1) continue;

@@ -323,12 +323,13 @@ TEST_P(FeaturesOfYard, DescriptorsDoNotDependOnSlabs) {
   }
 }
 
-/// Moves the voxels' means as they are, so that index i is the same piece of surface.
+/// Moves the voxels' means, so that index i is the same piece of surface; two may share a voxel.
 StationModel Moved(StationModel model, const Eigen::Matrix3d& rotation,
                    const Eigen::Vector3d& translation) {
-  const VoxelLeaves leaves = std::exchange(model.leaves, {});
+  const VoxelLeaves leaves = std::exchange(model.leaves, VoxelLeaves(model.lattice()));
   for (std::size_t i = 0; i < leaves.size(); ++i) {
-    model.leaves.Add(leaves.Key(i), Transformed(rotation, translation, leaves.Cluster(i)));
+    const PointCluster cluster = Transformed(rotation, translation, leaves.Cluster(i));
+    model.leaves.Add(model.lattice().Key(cluster.mean), cluster);
   }
   return model;
 }

@@ -28,7 +28,7 @@ Counts Count(const ScannedCampaign& campaign, const std::vector<MovingLeaves>& f
       const Eigen::Vector3d point(scan.grid.x[i], scan.grid.y[i], scan.grid.z[i]);
       if (point.isZero(0.0)) continue;
       const double is_found =
-          std::binary_search(keys.begin(), keys.end(), model.lattice.Key(point)) ? 1.0 : 0.0;
+          std::binary_search(keys.begin(), keys.end(), model.lattice().Key(point)) ? 1.0 : 0.0;
       (scan.moving[i] != 0 ? counts.moving : counts.still) += 1.0;
       (scan.moving[i] != 0 ? counts.moving_found : counts.still_found) += is_found;
     }

@@ -1,5 +1,6 @@
 #include "tests/stages/plate_campaign.h"
 
+#include "core/voxel_grid.h"
 #include "tests/support/matchers.h"
 #include "tests/support/synthetic_network.h"
 

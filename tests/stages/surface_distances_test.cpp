@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "core/random.h"
+#include "core/voxel_grid.h"
 #include "stages/surface_patch.h"
 
 namespace backsight {
@@ -19,8 +20,7 @@ constexpr double kEdge = 0.1;
 StationModel Corner(std::uint64_t seed) {
   Random random(seed);
   StationModel model;
-  model.lattice.edge_m = kEdge;
-  VoxelClusterer clusterer(model.lattice);
+  VoxelClusterer clusterer({.edge_m = kEdge});
   for (double u = -2.0; u < 2.0; u += 0.012) {
     for (double v = 0.0; v < 2.0; v += 0.012) {
       clusterer.Add({u, 3.05 + 0.001 * random.Normal(), v - 1.05});

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/random.h"
+#include "core/voxel_grid.h"
 
 namespace backsight {
 namespace {
@@ -20,9 +21,8 @@ class SurfaceIncidenceTest : public ::testing::Test {
  protected:
   void SetUp() override {
     model_.scanner_origin = kScanner;
-    model_.lattice = {.edge_m = kEdge, .origin = Eigen::Vector3d::Zero()};
     Random random(1);
-    VoxelClusterer clusterer(model_.lattice);
+    VoxelClusterer clusterer({.edge_m = kEdge});
     for (int i = 0; i < 60000; ++i) {
       clusterer.Add(
           {random.Uniform(3.0, 4.98), random.Uniform(-1, 1), -1.98 + 0.003 * random.Normal()});

@@ -24,7 +24,8 @@ Reference SumOneByOne(const HallStation& source, const HallStation& target,
                       const std::vector<std::uint32_t>& chosen, const RigidTransform& motion,
                       const SurfacePairRule& rule) {
   Reference sums;
-  const NeighborSearch search(target.model.leaves.means());
+  const VoxelPoints& means = target.model.leaves.means();
+  const NeighborSearch search(std::vector<Eigen::Vector3d>(means.begin(), means.end()));
   const double less = rule.along_variance - rule.across_variance;
   for (const std::uint32_t i : chosen) {
     const Eigen::Vector3d moved = motion * source.model.leaves.Mean(i);

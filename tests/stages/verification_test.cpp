@@ -263,7 +263,7 @@ double GroundHeight(double x, double y) {
 TEST(FreeSpace, GroundBetweenFarBeamsIsNotSeenThrough) {
   constexpr double kStep = 0.8 * 0.017453292519943295;
   StationModel model;
-  model.lattice.edge_m = 0.3;
+  model.leaves = VoxelLeaves({.edge_m = 0.3});
   model.range_image = RangeImage(Eigen::Vector3d::Zero(), 0.45);
   for (double azimuth = 0.0; azimuth < 6.28; azimuth += kStep) {
     for (double elevation = -0.7; elevation < -0.01; elevation += kStep) {

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "core/random.h"
+#include "core/voxel_grid.h"
 
 namespace backsight {
 namespace {
@@ -96,8 +97,7 @@ StationModel MakeYardStation(std::uint64_t seed, double size) {
 
 StationModel MakeStation(std::span<const Eigen::Vector3d> points, double resolution_m) {
   StationModel model;
-  model.lattice.edge_m = resolution_m;
-  VoxelClusterer clusterer(model.lattice);
+  VoxelClusterer clusterer({.edge_m = resolution_m});
   for (const Eigen::Vector3d& point : points) clusterer.Add(point);
   model.leaves = clusterer.Finish();
   model.points = points.size();

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "core/execution.h"
+#include "core/voxel_grid.h"
 
 namespace backsight {
 namespace {
@@ -102,9 +103,8 @@ HallStation::HallStation(const HallScene& scene, const Eigen::Vector3d& place, s
 
 StationModel MakeSeenStation(std::span<const Eigen::Vector3d> points, double resolution_m) {
   StationModel model;
-  model.lattice.edge_m = resolution_m;
   model.range_image = RangeImage(Eigen::Vector3d::Zero(), 0.25);
-  VoxelClusterer clusterer(model.lattice);
+  VoxelClusterer clusterer({.edge_m = resolution_m});
   for (const Eigen::Vector3d& point : points) clusterer.Add(point);
   model.leaves = clusterer.Finish();
   for (const Eigen::Vector3d& mean : model.leaves.means()) model.range_image.Add(mean);
