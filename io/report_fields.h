@@ -203,6 +203,7 @@ template <typename Visitor, RecordOf<OutputRecord> Record>
 void VisitFields(Visitor& v, Record& r) {
   v.Field("path", r.path);
   v.Field("format", r.format);
+  v.Field("selection", r.selection);
   v.Field("points", r.points);
 }
 

@@ -26,6 +26,12 @@ std::vector<std::string> SigmaCells(const PoseRecord& pose) {
           mm(sigma.position_m.z()),   FixedText(sigma.rotation_deg.maxCoeff(), 4, field)};
 }
 
+/// What a cloud holds of the stations' points.
+std::string SelectionText(const OutputRecord& output) {
+  if (!output.points) return "";
+  return output.selection.empty() ? "all" : HtmlText(output.selection);
+}
+
 }  // namespace
 
 std::string StationTable(const RunRecord& run) {
@@ -107,10 +113,10 @@ std::string ScanTable(const RunRecord& run) {
 
 std::string OutputTable(const RunRecord& run) {
   if (run.outputs.empty()) return HtmlSentence("Nothing was written.");
-  HtmlTable table({{"file"}, {"format"}, {"points", true}});
+  HtmlTable table({{"file"}, {"format"}, {"points", true}, {"of all points"}});
   for (const OutputRecord& output : run.outputs) {
     table.Row({"<code>" + HtmlText(output.path) + "</code>", HtmlText(output.format),
-               output.points ? GroupedText(*output.points) : ""});
+               output.points ? GroupedText(*output.points) : "", SelectionText(output)});
   }
   return table.Finish();
 }

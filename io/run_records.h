@@ -220,6 +220,7 @@ struct ScanRecord {
 struct OutputRecord {
   std::string path;
   std::string format;
+  std::string selection;                ///< of the stations' points; empty: all, or no cloud
   std::optional<std::uint64_t> points;  ///< of clouds
 };
 

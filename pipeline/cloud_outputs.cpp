@@ -1,6 +1,7 @@
 #include "pipeline/cloud_outputs.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -99,6 +100,15 @@ std::string_view NameOf(CloudFormat format) {
   return "E57";
 }
 
+/// For people; empty where all points are written.
+std::string SelectionText(const MergeOptions& merge) {
+  std::vector<std::string> parts;
+  if (merge.thin_m > 0.0) parts.push_back(fmt::format("the best per {:g} mm", 1e3 * merge.thin_m));
+  if (merge.crop) parts.emplace_back("within the crop box");
+  if (merge.without_moving) parts.emplace_back("without what moved");
+  return fmt::format("{}", fmt::join(parts, ", "));
+}
+
 /// Points in output coordinates. A field is in the cloud only where every station has it.
 std::vector<WrittenFile> WriteFlat(const CloudOutput& output, const std::string& wkt,
                                    std::vector<MergeStation> members, const MergeOptions& merge,
@@ -177,7 +187,8 @@ OutputFiles WriteCloud(const CloudOutput& output, const std::vector<int>& statio
           : WriteFlat(output, in_crs ? ground.frame->wkt() : "",
                       MergeStationsOf(stations, source, context), merge, context);
   for (const WrittenFile& file : files) {
-    written.files.push_back({file.path, std::string(NameOf(output.format)), file.points});
+    written.files.push_back(
+        {file.path, std::string(NameOf(output.format)), SelectionText(merge), file.points});
     if (file.points == 0) {
       written.warnings.push_back(
           fmt::format("{}: no point is left of what was asked for", file.path));

@@ -56,7 +56,7 @@ OutputFiles WriteMap(const std::string& path, int component, const OutputSource&
     return {{}, {warning}};
   }
   WriteTextFile(path, bytes);
-  return {{{path, "OctoMap", {}}}, {}};
+  return {{{path, "OctoMap", "", {}}}, {}};
 }
 
 /// Maps that lie where this run could have written some, but did not.

@@ -13,7 +13,7 @@ namespace backsight {
 
 template <class Archive>
 void Transfer(Archive& archive, OutputRecord& file) {
-  archive(file.path, file.format, file.points);
+  archive(file.path, file.format, file.selection, file.points);
 }
 
 template <class Archive>

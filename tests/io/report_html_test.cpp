@@ -177,6 +177,17 @@ TEST(ReportHtml, CountsComponentsFromOne) {
   EXPECT_THAT(PosesCsv(run.poses), HasSubstr("S1,812,registered"));
 }
 
+TEST(ReportHtml, SaysWhichPointsACloudHolds) {
+  const std::string html = Html(SampleRun());
+  const auto row = [&](const std::string& file) {
+    const std::size_t begin = html.find("<code>" + file);
+    return html.substr(begin, html.find("</tr>", begin) - begin);
+  };
+  EXPECT_THAT(row("out/merged.las"), HasSubstr(">the best per 5 mm<"));
+  EXPECT_THAT(row("out/stations/S1.e57"), HasSubstr(">all<"));
+  EXPECT_THAT(row("out/map.ot"), Not(HasSubstr("all")));
+}
+
 TEST(ReportHtml, CountsSkippedPairsByReason) {
   RunRecord run = SampleRun();
   LinkRecord skipped;
@@ -204,7 +215,7 @@ TEST(ReportHtml, EscapesEverything) {
   run.project_name = run.version = run.verdict = evil;
   for (auto& scan : run.scans) scan.station = scan.path = scan.format = evil;
   run.scans[0].notes = {evil};
-  run.outputs[0].path = run.outputs[0].format = evil;
+  run.outputs[0].path = run.outputs[0].format = run.outputs[0].selection = evil;
   run.gates[0].name = run.gates[0].limit = run.gates[0].value = evil;
   run.warnings = {evil};
   GeoreferenceRecord& ground = run.georeference[0];

@@ -190,6 +190,7 @@ TEST_F(CloudOutputsTest, MergedE57HoldsEveryPlacedStation) {
   ASSERT_EQ(written.files.size(), 1U);
   EXPECT_THAT(written.warnings, IsEmpty());
   EXPECT_EQ(written.files[0].points, points_[0].size() + points_[1].size());
+  EXPECT_EQ(written.files[0].selection, "") << "all points";
   std::set<std::string> guids;
   for (const int s : {0, 1}) {
     const auto scan = ReadWhole(written.files[0].path, s);
@@ -211,6 +212,9 @@ TEST_F(CloudOutputsTest, MergedE57IsThinnedAndCroppedLikeOtherClouds) {
   const OutputFiles written = Write(outputs, std::nullopt);
   const auto flat = ReadWhole(written.files.at(1).path);
   EXPECT_LT(flat.points.size(), points_[0].size());
+  for (const OutputRecord& file : written.files) {
+    EXPECT_EQ(file.selection, "the best per 2000 mm, within the crop box");
+  }
   std::size_t at = 0;
   for (const int s : {0, 1}) {
     const auto scan = ReadWhole(written.files[0].path, s);

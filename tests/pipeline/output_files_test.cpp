@@ -36,7 +36,7 @@ class StaleCloudsTest : public ::testing::Test {
       project_.stations.emplace_back().id = id;
       project_.stations.back().scan = dir_.File(std::string(id) + ".las", "scan");
     }
-    written_ = {{dir_.File("m.las", "cloud"), "LAS 1.4", 5}};
+    written_ = {{dir_.File("m.las", "cloud"), "LAS 1.4", "", 5}};
   }
 
   /// A file of the earlier run, as its manifest lists it.
@@ -128,7 +128,7 @@ TEST_F(StaleCloudsTest, CloudsOfStationsWithoutAPlaceAreNamed) {
   stations.format = CloudFormat::kE57;
   stations.path = dir_.path();
   project_.outputs.stations = stations;
-  written_.push_back({dir_.File("S1.e57", "now"), "E57", 5});
+  written_.push_back({dir_.File("S1.e57", "now"), "E57", "", 5});
   Earlier("S3.e57");
   const std::vector<std::string> warnings = Clear();
   ASSERT_EQ(warnings.size(), 1U);

@@ -16,7 +16,7 @@ RunRecord RunIn(const std::string& folder) {
   run.scans[0].path = folder + "scans/S1.ptx";
   run.scans[0].notes = {"also at " + folder + "scans/S1.txt"};
   run.scans[1].path = "/elsewhere/S2.ptx";
-  run.outputs = {{folder + "out/merged.las", "LAS 1.4", 5}};
+  run.outputs = {{folder + "out/merged.las", "LAS 1.4", "", 5}};
   run.poses.resize(1);
   run.poses[0].reason = folder + "scans/S1.ptx:12: 'abc'; expected a number";
   run.links.resize(1);

@@ -68,7 +68,7 @@ TEST_F(EstimateNeedsTest, OnlyACloudThatLiesAsWrittenTakesNothing) {
   WriteOnce(store_, cloud_.path, {}, ExecutionContext(), [&] {
     std::filesystem::create_directories(dir_ / "out");
     dir_.File("out/merged.las", "cloud");
-    return OutputFiles{{{cloud_.path, "LAS 1.4", 1}}, {}};
+    return OutputFiles{{{cloud_.path, "LAS 1.4", "", 1}}, {}};
   });
   EXPECT_LT(Need().least, least);
   dir_.File("out/merged.las", "another");
