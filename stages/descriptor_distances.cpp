@@ -7,13 +7,14 @@
 #include <vector>
 
 #include "stages/descriptor_groups.h"
+#include "stages/descriptor_vectors.h"
+#include "stages/nearest_lists.h"
 
 namespace backsight {
 namespace {
 
 constexpr DescriptorNeighbor kNoNeighbor{std::numeric_limits<double>::infinity(), 0};
 
-constexpr std::size_t kTile = 256;  // columns whose bins stay in the first cache
 constexpr std::int32_t kNoLimit = std::int32_t{1} << 30;
 
 /// From distances to those of the grid, rounded so that nothing is missed.
@@ -22,102 +23,99 @@ struct Rounding {
   double both_errors;   // of two descriptors together, steps
   double both_offsets;  // along the axes that the grid leaves out, likewise
 
-  /// More than half the squared distance on the grid of what is no farther than this.
+  /// More than half the squared distance on the grid of what is no farther than this: of x steps,
+  /// (x + e)^2 = x^2 + 2 e x + e^2, where 2 x <= x^2 / c + c for all c, so that no root is taken.
   std::int32_t HalfLimit(double squared) const {
-    return HalfLimitOf(std::sqrt(squared) * steps_per_unit + both_errors);
+    constexpr double kUsual = 3000.0;  // c, steps
+    const double squared_steps = squared * (steps_per_unit * steps_per_unit);
+    return HalfLimitOf(squared_steps + both_errors * (squared_steps / kUsual + kUsual) +
+                       both_errors * both_errors);
   }
   /// The same from a half squared distance on the grid itself.
   std::int32_t HalfLimitFromGrid(double half_squared) const {
     const double on_grid = std::sqrt(2.0 * std::max(half_squared, 0.0));
     const double at_most = on_grid + both_errors;
-    return HalfLimitOf(std::sqrt(at_most * at_most + both_offsets * both_offsets) + both_errors);
+    const double steps = std::sqrt(at_most * at_most + both_offsets * both_offsets) + both_errors;
+    return HalfLimitOf(steps * steps);
   }
 
  private:
-  static std::int32_t HalfLimitOf(double steps) {
+  static std::int32_t HalfLimitOf(double squared_steps) {
     constexpr double kUp = 1.0 + 1e-9;  // for the roundings here
-    const double half = 0.5 * steps * steps * kUp + 1.0;
-    return half < kNoLimit ? static_cast<std::int32_t>(half) : kNoLimit;
+    const double half = 0.5 * squared_steps * kUp + 1.0;
+    return static_cast<std::int32_t>(std::min(half, static_cast<double>(kNoLimit)));
   }
 };
-
-/// The k-th largest, 1 <= k <= size: no more than k - 1 are larger.
-std::int32_t KthLargest(std::span<const std::int32_t, kSeedClasses> values, std::size_t k) {
-  std::int32_t kth = std::numeric_limits<std::int32_t>::max();
-  for (const std::int32_t value : values) {
-    std::int32_t larger = 0;
-    for (const std::int32_t other : values) larger += other > value ? 1 : 0;
-    kth = larger < static_cast<std::int32_t>(k) ? std::min(kth, value) : kth;
-  }
-  return kth;
-}
 
 /// One side's lists of nearest neighbours, and what must be looked at to complete them.
 class Lists {
  public:
-  Lists(const DescriptorGroups& own, std::size_t k, const Rounding& rounding,
-        std::span<DescriptorNeighbor> neighbors)
+  Lists(const DescriptorGroups& own, std::size_t k, const Rounding& rounding)
       : own_(own),
         k_(k),
         rounding_(rounding),
-        neighbors_(neighbors),
+        nearest_(own.order().size(), k),
         limits_(own.grid().view().stride, 0) {
     std::fill_n(limits_.begin(), own.order().size(), kNoLimit);
-    std::fill(neighbors.begin(), neighbors.end(), kNoNeighbor);
   }
 
   const std::int32_t* limits() const { return limits_.data(); }
 
-  /// Upper bounds from those of the others that have the same pivot: the k-th of as many classes'
-  /// nearest.
+  /// Upper bounds from those of the others that are grouped about the same pivot.
   void Seed(const DescriptorGroups& others) {
     if (k_ > kSeedClasses / 2) return;
-    std::array<std::int32_t, kRowBlock * kSeedClasses> seeds{};
+    std::array<std::int32_t, kRowBlock> kth{};
     const std::size_t size = own_.order().size();
     for (std::size_t row = 0; row < size; row += kRowBlock) {
       const ColumnRange range = others.Around(own_.PivotOf(row));
       if (range.begin == range.end) return;
-      FindSeeds(own_.grid().view(), row, others.grid().view(), range.begin, range.end, seeds);
+      FindSeeds(own_.grid().view(), row, others.grid().view(), range.begin, range.end, k_, kth);
       for (std::size_t r = 0; r < std::min(kRowBlock, size - row); ++r) {
-        const std::int32_t kth =
-            KthLargest(std::span(seeds).subspan(r * kSeedClasses).first<kSeedClasses>(), k_);
-        limits_[row + r] = rounding_.HalfLimitFromGrid(1.0 - kth);
+        limits_[row + r] = rounding_.HalfLimitFromGrid(1.0 - kth[r]);
       }
     }
   }
 
-  /// `other` by its number before it was grouped.
-  void Offer(std::size_t own, double squared, std::uint32_t other) {
-    DescriptorNeighbor* list = neighbors_.data() + own_.order()[own] * k_;
-    const DescriptorNeighbor offered{squared, other};
-    if (!IsBefore(offered, list[k_ - 1])) return;
-    std::size_t place = k_ - 1;
-    for (; place > 0 && IsBefore(offered, list[place - 1]); --place) list[place] = list[place - 1];
-    list[place] = offered;
-    if (std::isfinite(list[k_ - 1].squared)) {
-      limits_[own] = std::min(limits_[own], rounding_.HalfLimit(list[k_ - 1].squared));
+  /// `others` by their numbers before they were grouped.
+  void Offer(std::span<const std::uint32_t> own, std::span<const double> squared,
+             std::span<const std::uint32_t> others) {
+    nearest_.Offer(own, squared, others);
+    for (const std::uint32_t n : own) {
+      limits_[n] = std::min(limits_[n], rounding_.HalfLimit(nearest_.Squared(n, k_ - 1)));
+    }
+  }
+
+  /// The lists by their descriptors' numbers before they were grouped.
+  void Write(std::span<DescriptorNeighbor> neighbors) const {
+    for (std::size_t i = 0; i < own_.order().size(); ++i) {
+      DescriptorNeighbor* list = neighbors.data() + own_.order()[i] * k_;
+      for (std::size_t n = 0; n < k_; ++n)
+        list[n] = {nearest_.Squared(i, n), nearest_.Number(i, n)};
     }
   }
 
  private:
-  static bool IsBefore(const DescriptorNeighbor& a, const DescriptorNeighbor& b) {
-    return a.squared < b.squared || (a.squared == b.squared && a.index < b.index);
-  }
-
   const DescriptorGroups& own_;
   std::size_t k_;
   Rounding rounding_;
-  std::span<DescriptorNeighbor> neighbors_;
+  NearestLists nearest_;
   std::vector<std::int32_t> limits_;
 };
 
-/// Pairs of descriptors only, first; returns their number.
-std::size_t DropPadding(std::span<GridPair> pairs, std::size_t rows, std::size_t columns) {
-  const auto end = std::remove_if(pairs.begin(), pairs.end(), [&](const GridPair& pair) {
-    return pair.row >= rows || pair.column >= columns;
-  });
-  return static_cast<std::size_t>(end - pairs.begin());
-}
+/// Whether to look at the first axes before all: not where they have let most through.
+class FirstAxes {
+ public:
+  bool AreWorthIt() const { return blocks_ < kTrial || 3 * possible_ < 2 * blocks_; }
+  void Count(const CloseCount& count) {
+    blocks_ += count.blocks;
+    possible_ += count.possible;
+  }
+
+ private:
+  static constexpr std::size_t kTrial = 1024;
+  std::size_t blocks_ = 0;
+  std::size_t possible_ = 0;
+};
 
 /// Compares all pairs of the two sides that are close enough.
 class Comparison {
@@ -128,47 +126,61 @@ class Comparison {
         target_(target),
         rows_(rows),
         columns_(columns),
-        found_(kRowBlock * kTile),
-        originals_(found_.size()),
-        squared_(found_.size()) {}
+        found_rows_(kFoundRoom),
+        found_columns_(kFoundRoom),
+        original_rows_(kFoundRoom),
+        original_columns_(kFoundRoom),
+        squared_(kFoundRoom) {}
 
   void Run(Lists* of_rows, Lists* of_columns) {
     const std::size_t stride = columns_.grid().view().stride;
-    for (std::size_t begin = 0; begin < stride; begin += kTile) {
-      const std::size_t end = std::min(begin + kTile, stride);
+    for (std::size_t begin = 0; begin < stride; begin += kMostColumns) {
+      const std::size_t end = std::min(begin + kMostColumns, stride);
+      FirstAxes first_axes;
       for (std::size_t row = 0; row < rows_.order().size(); row += kRowBlock) {
-        const std::size_t count = Find(row, begin, end, *of_rows, *of_columns);
-        for (std::size_t n = 0; n < count; ++n) {
-          of_rows->Offer(found_[n].row, squared_[n], originals_[n].column);
-          of_columns->Offer(found_[n].column, squared_[n], originals_[n].row);
-        }
+        const GridLimits limits{of_rows->limits() + row, of_columns->limits()};
+        const CloseCount found =
+            FindClose(rows_.grid().view(), row, columns_.grid().view(), begin, end, limits,
+                      first_axes.AreWorthIt(), {found_rows_.data(), found_columns_.data()});
+        if (first_axes.AreWorthIt()) first_axes.Count(found);
+        if (found.pairs > 0) Offer(DropPadding(found.pairs), of_rows, of_columns);
       }
     }
   }
 
  private:
-  /// Close pairs of a block of rows with a tile of columns, and their distances.
-  std::size_t Find(std::size_t row, std::size_t begin, std::size_t end, const Lists& of_rows,
-                   const Lists& of_columns) {
-    const GridView rows = rows_.grid().view();
-    const GridView columns = columns_.grid().view();
-    std::size_t count = FindClose(rows, row, columns, begin, end,
-                                  {of_rows.limits() + row, of_columns.limits()}, found_.data());
-    if (count == 0) return 0;
-    count = DropPadding(std::span(found_).first(count), rows.size, columns.size);
-    for (std::size_t n = 0; n < count; ++n) {
-      originals_[n] = {rows_.order()[found_[n].row], columns_.order()[found_[n].column]};
+  /// Pairs of descriptors only, first, and what they were before they were grouped; returns their
+  /// number.
+  std::size_t DropPadding(std::size_t found) {
+    std::size_t count = 0;
+    for (std::size_t n = 0; n < found; ++n) {
+      const std::uint32_t row = found_rows_[n];
+      const std::uint32_t column = found_columns_[n];
+      if (row >= rows_.order().size() || column >= columns_.order().size()) continue;
+      found_rows_[count] = row;
+      found_columns_[count] = column;
+      original_rows_[count] = rows_.order()[row];
+      original_columns_[count] = columns_.order()[column];
+      ++count;
     }
-    ComputeSquaredDistances(source_.front().data(), target_.front().data(),
-                            std::span(originals_).first(count), squared_.data());
     return count;
+  }
+
+  void Offer(std::size_t count, Lists* of_rows, Lists* of_columns) {
+    ComputeSquaredDistances(source_.front().data(), target_.front().data(), original_rows_.data(),
+                            original_columns_.data(), count, squared_.data());
+    const std::span<const double> squared = std::span(squared_).first(count);
+    of_rows->Offer(std::span(found_rows_).first(count), squared,
+                   std::span(original_columns_).first(count));
+    of_columns->Offer(std::span(found_columns_).first(count), squared,
+                      std::span(original_rows_).first(count));
   }
 
   std::span<const FpfhDescriptor> source_, target_;
   const DescriptorGroups& rows_;
   const DescriptorGroups& columns_;
-  std::vector<GridPair> found_;
-  std::vector<GridPair> originals_;  // the same by their numbers before they were grouped
+  std::vector<std::uint32_t> found_rows_, found_columns_;
+  std::vector<std::uint32_t> original_rows_, original_columns_;  // before they were grouped
   std::vector<double> squared_;
 };
 
@@ -183,20 +195,23 @@ void FindNearestDescriptors(std::span<const FpfhDescriptor> source,
     std::fill(of_target.begin(), of_target.end(), kNoNeighbor);
     return;
   }
-  const DescriptorGridScale scale = MakeGridScale(source, target);
-  const DescriptorGrid source_grid(source, scale);
-  const DescriptorGrid target_grid(target, scale);
+  const DescriptorAxes axes(source, target);
+  const DescriptorGridScale scale = MakeGridScale(axes, source, target);
+  const DescriptorGrid source_grid(source, axes, scale);
+  const DescriptorGrid target_grid(target, axes, scale);
   const DescriptorGrid pivots = ChoosePivots(target_grid);
   const DescriptorGroups rows(source_grid, pivots);
   const DescriptorGroups columns(target_grid, pivots);
   const Rounding rounding{scale.steps_per_unit,
                           source_grid.largest_error() + target_grid.largest_error(),
                           source_grid.largest_offset() + target_grid.largest_offset()};
-  Lists of_rows(rows, k, rounding, of_source);
-  Lists of_columns(columns, k, rounding, of_target);
+  Lists of_rows(rows, k, rounding);
+  Lists of_columns(columns, k, rounding);
   of_rows.Seed(columns);
   of_columns.Seed(rows);
   Comparison(source, target, rows, columns).Run(&of_rows, &of_columns);
+  of_rows.Write(of_source);
+  of_columns.Write(of_target);
 }
 
 }  // namespace backsight

@@ -3,55 +3,17 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 
 namespace backsight {
 namespace {
 
-constexpr std::size_t kBlocks = 3;
-constexpr std::size_t kBlockBins = kDescriptorBins / kBlocks;
-constexpr std::size_t kGridBins = 2 * kDescriptorPairs;
-static_assert(std::tuple_size_v<FpfhDescriptor> == kDescriptorBins);
-static_assert(kBlocks * (kBlockBins - 1) == kGridBins);
 constexpr double kLargestNorm = 23000.0;  // steps: twice that, squared, is below 2^31
+static_assert(kDescriptorAxes == 2 * kDescriptorPairs - 1);
 
-/// A descriptor in the turned axes (Helmert's): of each block the first ones, and how far it is
-/// from a sum of 100 along the last.
-struct TurnedDescriptor {
-  std::array<double, kGridBins> axes;
-  double offset2 = 0.0;  // of all blocks, squared
-
-  explicit TurnedDescriptor(const FpfhDescriptor& d) {
-    static const std::array<double, kBlockBins> scales = AxisScales();
-    for (std::size_t block = 0; block < kBlocks; ++block) {
-      const float* bins = d.data() + block * kBlockBins;
-      double* out = axes.data() + block * (kBlockBins - 1);
-      double sum = 0.0;
-      for (std::size_t k = 1; k < kBlockBins; ++k) {
-        sum += static_cast<double>(bins[k - 1]);
-        out[k - 1] = (sum - static_cast<double>(k) * static_cast<double>(bins[k])) * scales[k];
-      }
-      const double off = sum + static_cast<double>(bins[kBlockBins - 1]) - 100.0;
-      offset2 += off * off / static_cast<double>(kBlockBins);
-    }
-  }
-
- private:
-  static std::array<double, kBlockBins> AxisScales() {
-    std::array<double, kBlockBins> scales{};
-    for (std::size_t k = 1; k < kBlockBins; ++k) {
-      scales[k] = 1.0 / std::sqrt(static_cast<double>(k * (k + 1)));
-    }
-    return scales;
-  }
-};
-
-double LargestNorm(std::span<const FpfhDescriptor> descriptors) {
+double LargestNorm(const DescriptorAxes& axes, std::span<const FpfhDescriptor> descriptors) {
   double largest = 0.0;
-  for (const FpfhDescriptor& d : descriptors) {
-    double squared = 0.0;
-    for (const double axis : TurnedDescriptor(d).axes) squared += axis * axis;
-    largest = std::max(largest, squared);
-  }
+  for (const FpfhDescriptor& d : descriptors) largest = std::max(largest, axes.SquaredLength(d));
   return std::sqrt(largest);
 }
 
@@ -67,14 +29,21 @@ std::int32_t Pack(int low, int high) {
                                    (static_cast<std::uint32_t>(low) & 0xFFFFU));
 }
 
+/// What is left of a squared length once it is that of the axes of the grid, at most.
+double SquaredOffset(double squared_length, const double* turned) {
+  constexpr double kRounding = 1e-12;  // of both, relative
+  const double along = std::inner_product(turned, turned + kDescriptorAxes, turned, 0.0);
+  return std::max(squared_length - along, 0.0) + kRounding * squared_length;
+}
+
 }  // namespace
 
-DescriptorGridScale MakeGridScale(std::span<const FpfhDescriptor> a,
+DescriptorGridScale MakeGridScale(const DescriptorAxes& axes, std::span<const FpfhDescriptor> a,
                                   std::span<const FpfhDescriptor> b) {
   DescriptorGridScale scale;
-  const double largest = std::max(LargestNorm(a), LargestNorm(b));
-  // Rounding may lengthen a descriptor by half a step a bin.
-  const double room = kLargestNorm - std::sqrt(static_cast<double>(kGridBins));
+  const double largest = std::max(LargestNorm(axes, a), LargestNorm(axes, b));
+  // Rounding may lengthen a descriptor by half a step an axis, and its rest by one.
+  const double room = kLargestNorm - std::sqrt(static_cast<double>(kDescriptorAxes)) - 1.0;
   if (largest > 0.0) scale.steps_per_unit = room / largest;
   return scale;
 }
@@ -86,42 +55,62 @@ DescriptorGrid::DescriptorGrid(std::size_t size)
       half_squares_(stride_, 0) {}
 
 DescriptorGrid::DescriptorGrid(std::span<const FpfhDescriptor> descriptors,
-                               const DescriptorGridScale& scale)
+                               const DescriptorAxes& axes, const DescriptorGridScale& scale)
     : DescriptorGrid(descriptors.size()) {
+  std::array<double, kTurnedTogether * kFrameStride> turned;
   double largest_error2 = 0.0;
   double largest_offset2 = 0.0;
-  for (std::size_t i = 0; i < size_; ++i) {
-    const TurnedDescriptor turned(descriptors[i]);
-    std::array<int, kGridBins> steps;
-    double error = 0.0;
-    std::int32_t square = 0;
-    for (std::size_t k = 0; k < kGridBins; ++k) {
-      const double place = turned.axes[k] * scale.steps_per_unit;
-      steps[k] = Nearest(place);
-      error += (place - steps[k]) * (place - steps[k]);
-      square += steps[k] * steps[k];
-    }
-    largest_error2 = std::max(largest_error2, error);
-    largest_offset2 = std::max(largest_offset2, turned.offset2);
-    half_squares_[i] = square / 2;
-    for (std::size_t p = 0; p < kDescriptorPairs; ++p) {
-      pairs_[p * stride_ + i] = Pack(steps[2 * p], steps[2 * p + 1]);
+  for (std::size_t begin = 0; begin < size_; begin += kTurnedTogether) {
+    const std::size_t count = std::min(kTurnedTogether, size_ - begin);
+    TurnDescriptors(descriptors[begin].data(), count, axes.frame(), turned.data());
+    for (std::size_t i = 0; i < count; ++i) {
+      const double* coordinates = turned.data() + i * kFrameStride;
+      const double length2 = axes.SquaredLength(descriptors[begin + i]);
+      largest_error2 =
+          std::max(largest_error2, Place(begin + i, coordinates, scale.steps_per_unit));
+      largest_offset2 = std::max(largest_offset2, SquaredOffset(length2, coordinates));
     }
   }
   largest_error_ = std::sqrt(largest_error2);
   largest_offset_ = std::sqrt(largest_offset2) * scale.steps_per_unit;
 }
 
+double DescriptorGrid::Place(std::size_t at, const double* turned, double steps_per_unit) {
+  std::array<int, kDescriptorAxes> steps;
+  double error2 = 0.0;
+  for (std::size_t axis = 0; axis < kDescriptorAxes; ++axis) {
+    const double place = turned[axis] * steps_per_unit;
+    steps[axis] = Nearest(place);
+    error2 += (place - steps[axis]) * (place - steps[axis]);
+  }
+  constexpr std::ptrdiff_t kFirst = kFirstAxes;
+  const int first2 = std::inner_product(steps.begin(), steps.begin() + kFirst, steps.begin(), 0);
+  const int rest2 =
+      std::inner_product(steps.begin() + kFirst, steps.end(), steps.begin() + kFirst, 0);
+  half_squares_[at] = (first2 + rest2) / 2;
+
+  std::int32_t* pair = pairs_.data() + PlaceOnGrid(0, at);
+  std::size_t axis = 0;
+  for (; axis + 1 < kFirstAxes; axis += 2, pair += kGridPadding) {
+    *pair = Pack(steps[axis], steps[axis + 1]);
+  }
+  *pair = Pack(steps[axis], static_cast<int>(std::ceil(std::sqrt(static_cast<double>(rest2)))));
+  for (axis += 1; axis < kDescriptorAxes; axis += 2) {
+    *(pair += kGridPadding) = Pack(steps[axis], steps[axis + 1]);
+  }
+  return error2;
+}
+
 DescriptorGrid DescriptorGrid::Chosen(std::span<const std::uint32_t> places) const {
   DescriptorGrid chosen(places.size());
   chosen.largest_error_ = largest_error_;
   chosen.largest_offset_ = largest_offset_;
-  for (std::size_t i = 0; i < places.size(); ++i)
+  for (std::size_t i = 0; i < places.size(); ++i) {
     chosen.half_squares_[i] = half_squares_[places[i]];
-  for (std::size_t p = 0; p < kDescriptorPairs; ++p) {
-    const std::int32_t* from = pairs_.data() + p * stride_;
-    std::int32_t* to = chosen.pairs_.data() + p * chosen.stride_;
-    for (std::size_t i = 0; i < places.size(); ++i) to[i] = from[places[i]];
+    const std::int32_t* from = pairs_.data() + PlaceOnGrid(0, places[i]);
+    std::int32_t* to = chosen.pairs_.data() + PlaceOnGrid(0, i);
+    for (std::size_t p = 0; p < kDescriptorPairs; ++p)
+      to[p * kGridPadding] = from[p * kGridPadding];
   }
   return chosen;
 }

@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "stages/descriptor_axes.h"
 #include "stages/descriptor_kernels.h"
 #include "stages/station_model.h"
 
@@ -15,15 +16,17 @@ struct DescriptorGridScale {
 };
 
 /// The finest grid on which squared distances fit 31 bits.
-DescriptorGridScale MakeGridScale(std::span<const FpfhDescriptor> a,
+DescriptorGridScale MakeGridScale(const DescriptorAxes& axes, std::span<const FpfhDescriptor> a,
                                   std::span<const FpfhDescriptor> b);
 
-/// Descriptors on a grid, without what they have in common: each block of a descriptor is turned
-/// so that one of its axes holds its sum, which is 100 for all, and that axis is left out. So
-/// distances on the grid are at most too short.
+/// Descriptors on a grid along their principal axes. Some axes are left out, so that distances on
+/// the grid are at most too short. Beside the first axes each has the length of the others'
+/// coordinates, its rest, rounded up: a.b <= first axes' a.b + rest * rest (Cauchy-Schwarz), a
+/// bound on the distance that takes a quarter of the products.
 class DescriptorGrid {
  public:
-  DescriptorGrid(std::span<const FpfhDescriptor> descriptors, const DescriptorGridScale& scale);
+  DescriptorGrid(std::span<const FpfhDescriptor> descriptors, const DescriptorAxes& axes,
+                 const DescriptorGridScale& scale);
 
   /// Those at these places, in their order; the largest error and offset stay those of all.
   DescriptorGrid Chosen(std::span<const std::uint32_t> places) const;
@@ -31,11 +34,14 @@ class DescriptorGrid {
   GridView view() const { return {pairs_.data(), half_squares_.data(), size_, stride_}; }
   /// By how much rounding has moved any of the descriptors, at most, in steps.
   double largest_error() const { return largest_error_; }
-  /// How far any lies from sums of 100 along the axes that are left out, in steps.
+  /// How far any lies from the mean along the axes that are left out, at most, in steps.
   double largest_offset() const { return largest_offset_; }
 
  private:
   explicit DescriptorGrid(std::size_t size);
+  /// Rounds a descriptor's coordinates to the grid; returns the squared error, in steps.
+  double Place(std::size_t at, const double* turned, double steps_per_unit);
+
   std::size_t size_;
   std::size_t stride_;
   std::vector<std::int32_t> pairs_;

@@ -36,6 +36,42 @@ std::vector<std::uint32_t> SortedPlaces(const std::vector<std::uint32_t>& number
   return places;
 }
 
+std::int32_t Coordinate(const GridView& grid, std::size_t axis, std::size_t place) {
+  const std::int32_t pair = grid.pairs[PlaceOnGrid(axis / 2, place)];
+  return axis % 2 == 0 ? static_cast<std::int16_t>(pair) : pair >> 16;
+}
+
+/// Of the axes that the first pairs hold whole, the one along which these places differ most.
+std::size_t WidestAxis(const GridView& grid, std::span<const std::uint32_t> places) {
+  std::size_t widest = 0;
+  double largest = -1.0;
+  for (std::size_t axis = 0; axis + 1 < kFirstAxes; ++axis) {
+    double sum = 0.0;
+    double squares = 0.0;
+    for (const std::uint32_t place : places) {
+      const double x = Coordinate(grid, axis, place);
+      sum += x;
+      squares += x * x;
+    }
+    const double scatter = squares - sum * sum / static_cast<double>(places.size());
+    if (scatter > largest) largest = scatter, widest = axis;
+  }
+  return widest;
+}
+
+/// Sorts places so that like ones are side by side: by halves along the widest axis.
+void SortAlike(const GridView& grid, std::span<std::uint32_t> places) {
+  if (places.size() < 3) return;
+  const std::size_t axis = WidestAxis(grid, places);
+  const std::size_t half = places.size() / 2;
+  std::nth_element(places.begin(), places.begin() + static_cast<std::ptrdiff_t>(half), places.end(),
+                   [&](std::uint32_t a, std::uint32_t b) {
+                     return Coordinate(grid, axis, a) < Coordinate(grid, axis, b);
+                   });
+  SortAlike(grid, places.first(half));
+  SortAlike(grid, places.subspan(half));
+}
+
 }  // namespace
 
 DescriptorGroups::DescriptorGroups(const DescriptorGrid& descriptors, const DescriptorGrid& pivots)
@@ -43,30 +79,35 @@ DescriptorGroups::DescriptorGroups(const DescriptorGrid& descriptors, const Desc
       begins_(Begins(pivot_, pivots.view().size)),
       order_(SortedPlaces(pivot_, begins_)),
       grid_(descriptors.Chosen(order_)) {
-  std::sort(pivot_.begin(), pivot_.end());
+  const auto at = [this](std::size_t pivot) {
+    return pivot_.begin() + static_cast<std::ptrdiff_t>(begins_[pivot]);
+  };
+  for (std::uint32_t pivot = 0; pivot + 1 < begins_.size(); ++pivot) {
+    std::fill(at(pivot), at(pivot + 1), pivot);
+  }
 }
 
 ColumnRange DescriptorGroups::Around(std::size_t pivot) const {
-  constexpr std::size_t kFewest = 128;
-  constexpr std::size_t kMost = 512;
-  static_assert(kFewest % kGridPadding == 0 && kMost % kGridPadding == 0);
+  constexpr std::size_t kWidth = 256;
+  static_assert(kWidth % kGridPadding == 0);
   const std::size_t whole = order_.size() / kGridPadding * kGridPadding;
-  ColumnRange range;
-  range.begin = std::min(begins_[pivot] / kGridPadding * kGridPadding, whole);
-  const std::size_t padded = (begins_[pivot + 1] + kGridPadding - 1) / kGridPadding * kGridPadding;
-  range.end = std::min(std::clamp(padded, range.begin + kFewest, range.begin + kMost), whole);
-  range.begin = std::min(range.begin, range.end - std::min(range.end, kFewest));
-  return range;
+  const std::size_t width = std::min(kWidth, whole);
+  const std::size_t middle = (begins_[pivot] + begins_[pivot + 1]) / 2;
+  const std::size_t first = middle - std::min(middle, width / 2);
+  const std::size_t begin =
+      std::min((first + kGridPadding / 2) / kGridPadding * kGridPadding, whole - width);
+  return {begin, begin + width};
 }
 
 DescriptorGrid ChoosePivots(const DescriptorGrid& grid) {
-  constexpr std::size_t kShare = 64;
-  constexpr std::size_t kMost = 128;
+  constexpr std::size_t kShare = 32;
+  constexpr std::size_t kMost = 256;
   const std::size_t size = grid.view().size;
   const std::size_t count =
       std::clamp(size / kShare / kGridPadding * kGridPadding, kGridPadding, kMost);
   std::vector<std::uint32_t> places(count);
   for (std::size_t i = 0; i < count; ++i) places[i] = static_cast<std::uint32_t>(i * size / count);
+  SortAlike(grid.view(), places);
   return grid.Chosen(places);
 }
 

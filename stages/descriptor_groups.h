@@ -13,7 +13,8 @@ struct ColumnRange {
   std::size_t end = 0;
 };
 
-/// Descriptors sorted by the closest of some pivots, so that like ones lie side by side.
+/// Descriptors sorted by the closest of some pivots, so that like ones lie side by side. Closest as
+/// far as the first axes tell.
 class DescriptorGroups {
  public:
   /// `pivots`: kGridPadding or a multiple of it, on the grid of `descriptors`. Time
@@ -26,8 +27,8 @@ class DescriptorGroups {
   const std::vector<std::uint32_t>& order() const { return order_; }
   /// The pivot of a descriptor in the new order.
   std::size_t PivotOf(std::size_t place) const { return pivot_[place]; }
-  /// Columns that hold those of a pivot, or some of them, or what lies beside them: 128 to 512 in
-  /// multiples of kGridPadding, as far as there are so many.
+  /// 256 columns about those of a pivot, from and to multiples of kGridPadding, as far as there are
+  /// so many.
   ColumnRange Around(std::size_t pivot) const;
 
  private:
@@ -37,8 +38,8 @@ class DescriptorGroups {
   DescriptorGrid grid_;
 };
 
-/// Descriptors of the grid evenly chosen, about one in 64, at least kGridPadding and at most 128;
-/// some more than once where the grid has fewer. It must have one.
+/// Descriptors of the grid evenly chosen, about one in 32, at least kGridPadding and at most 256,
+/// like ones side by side; some more than once where the grid has fewer. It must have one.
 DescriptorGrid ChoosePivots(const DescriptorGrid& grid);
 
 }  // namespace backsight

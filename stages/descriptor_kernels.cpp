@@ -1,5 +1,6 @@
 #include "stages/descriptor_kernels.h"
 
+#include <algorithm>
 #include <limits>
 
 // Sums of products of 16 bits in one instruction, where there is one.
@@ -48,39 +49,74 @@ struct Block {
   Ints a0, b0, a1, b1, a2, b2, a3, b3;
 };
 
-HWY_INLINE Block Multiply(const GridView& rows, std::size_t row, const GridView& columns,
-                          std::size_t column) {
+/// Less than half the squares, negative, of kRowBlock rows and two vectors of columns.
+HWY_INLINE Block MinusSquares(const GridView& rows, std::size_t row, const GridView& columns,
+                              std::size_t column) {
   const Tag d;
-  const std::size_t lanes = hn::Lanes(d);
-  const std::int32_t* HWY_RESTRICT p = columns.pairs + column;
-  const std::int32_t* HWY_RESTRICT q = rows.pairs + row;
   const std::int32_t* half = rows.half_squares + row;
-  const Ints start_a = hn::LoadU(d, columns.half_squares + column);
-  const Ints start_b = hn::LoadU(d, columns.half_squares + column + lanes);
-  const auto start = [&](std::size_t r, Ints of_column) {
+  const Ints a = hn::LoadU(d, columns.half_squares + column);
+  const Ints b = hn::LoadU(d, columns.half_squares + column + hn::Lanes(d));
+  const auto minus = [&](std::size_t r, Ints of_column) {
     return hn::Sub(hn::Set(d, -half[r]), of_column);
   };
-  Block sum{start(0, start_a), start(0, start_b), start(1, start_a), start(1, start_b),
-            start(2, start_a), start(2, start_b), start(3, start_a), start(3, start_b)};
-  HWY_UNROLL(15)  // kDescriptorPairs: GCC copies the sums from one turn of a loop to the next
-  for (std::size_t pair = 0; pair < kDescriptorPairs; ++pair) {
-    const Ints a = hn::LoadU(d, p);
-    const Ints b = hn::LoadU(d, p + lanes);
-    const Ints q0 = hn::Set(d, q[0]);
-    sum.a0 = AddProducts(sum.a0, q0, a);
-    sum.b0 = AddProducts(sum.b0, q0, b);
-    const Ints q1 = hn::Set(d, q[1]);
-    sum.a1 = AddProducts(sum.a1, q1, a);
-    sum.b1 = AddProducts(sum.b1, q1, b);
-    const Ints q2 = hn::Set(d, q[2]);
-    sum.a2 = AddProducts(sum.a2, q2, a);
-    sum.b2 = AddProducts(sum.b2, q2, b);
-    const Ints q3 = hn::Set(d, q[3]);
-    sum.a3 = AddProducts(sum.a3, q3, a);
-    sum.b3 = AddProducts(sum.b3, q3, b);
-    p += columns.stride;
-    q += rows.stride;
+  return {minus(0, a), minus(0, b), minus(1, a), minus(1, b),
+          minus(2, a), minus(2, b), minus(3, a), minus(3, b)};
+}
+
+constexpr std::uint32_t kBothHalves = 0xFFFFFFFFU;
+constexpr std::uint32_t kLowHalf = 0xFFFFU;  // without the rest
+
+/// Adds the products of a pair of axes, or of those halves of it that the mask leaves.
+template <std::uint32_t kMask>
+HWY_INLINE void AddPair(const std::int32_t* HWY_RESTRICT row,
+                        const std::int32_t* HWY_RESTRICT column, Block* sum) {
+  const Tag d;
+  const Ints a = hn::LoadU(d, column);
+  const Ints b = hn::LoadU(d, column + hn::Lanes(d));
+  const auto of_row = [&](std::size_t r) {
+    return hn::Set(d, static_cast<std::int32_t>(static_cast<std::uint32_t>(row[r]) & kMask));
+  };
+  const Ints q0 = of_row(0);
+  sum->a0 = AddProducts(sum->a0, q0, a);
+  sum->b0 = AddProducts(sum->b0, q0, b);
+  const Ints q1 = of_row(1);
+  sum->a1 = AddProducts(sum->a1, q1, a);
+  sum->b1 = AddProducts(sum->b1, q1, b);
+  const Ints q2 = of_row(2);
+  sum->a2 = AddProducts(sum->a2, q2, a);
+  sum->b2 = AddProducts(sum->b2, q2, b);
+  const Ints q3 = of_row(3);
+  sum->a3 = AddProducts(sum->a3, q3, a);
+  sum->b3 = AddProducts(sum->b3, q3, b);
+}
+
+template <std::size_t kBegin, std::size_t kEnd>
+HWY_INLINE void AddPairs(const std::int32_t* HWY_RESTRICT row,
+                         const std::int32_t* HWY_RESTRICT column, Block* sum) {
+  HWY_UNROLL(16)  // GCC copies the sums from one turn of a loop to the next
+  for (std::size_t pair = kBegin; pair < kEnd; ++pair) {
+    AddPair<kBothHalves>(row + pair * kGridPadding, column + pair * kGridPadding, sum);
   }
+}
+
+HWY_INLINE Block Multiply(const GridView& rows, std::size_t row, const GridView& columns,
+                          std::size_t column) {
+  constexpr std::size_t kRestPair = kFirstPairs - 1;
+  const std::int32_t* q = rows.pairs + PlaceOnGrid(0, row);
+  const std::int32_t* p = columns.pairs + PlaceOnGrid(0, column);
+  Block sum = MinusSquares(rows, row, columns, column);
+  AddPairs<0, kRestPair>(q, p, &sum);
+  AddPair<kLowHalf>(q + kRestPair * kGridPadding, p + kRestPair * kGridPadding, &sum);
+  AddPairs<kFirstPairs, kDescriptorPairs>(q, p, &sum);
+  return sum;
+}
+
+/// No less than Multiply() finds, by the first axes and the rest.
+HWY_INLINE Block MultiplyFirst(const GridView& rows, std::size_t row, const GridView& columns,
+                               std::size_t column) {
+  Block sum = MinusSquares(rows, row, columns, column);
+  AddPairs<0, kFirstPairs>(rows.pairs + PlaceOnGrid(0, row), columns.pairs + PlaceOnGrid(0, column),
+                           &sum);
   return sum;
 }
 
@@ -89,13 +125,33 @@ HWY_INLINE void KeepLargest(Ints value, std::int32_t* out) {
   hn::StoreU(hn::Max(value, hn::LoadU(d, out)), d, out);
 }
 
+/// The k-th largest of kSeedClasses values: no more than k - 1 are larger.
+HWY_INLINE std::int32_t KthLargest(const std::int32_t* values, std::int32_t k) {
+  const Tag d;
+  Ints kth = hn::Set(d, std::numeric_limits<std::int32_t>::max());
+  for (std::size_t i = 0; i < kSeedClasses; i += hn::Lanes(d)) {
+    const Ints value = hn::LoadU(d, values + i);
+    Ints minus_larger = hn::Zero(d);
+    HWY_UNROLL(16)
+    for (std::size_t n = 0; n < kSeedClasses; ++n) {
+      const auto larger = hn::Gt(hn::Set(d, values[n]), value);
+      minus_larger = hn::Add(minus_larger, hn::VecFromMask(d, larger));
+    }
+    const auto enough = hn::Gt(minus_larger, hn::Set(d, -k));
+    kth = hn::IfThenElse(enough, hn::Min(kth, value), kth);
+  }
+  return hn::GetLane(hn::MinOfLanes(d, kth));
+}
+
 void Seeds(const GridView& rows, std::size_t row, const GridView& columns, std::size_t begin,
-           std::size_t end, std::int32_t* out) {
+           std::size_t end, std::size_t k, std::int32_t* kth) {
   const std::size_t lanes = hn::Lanes(Tag());
+  std::int32_t largest[kRowBlock * kSeedClasses];
+  std::fill_n(largest, kRowBlock * kSeedClasses, std::numeric_limits<std::int32_t>::min());
   for (std::size_t j = begin; j < end; j += 2 * lanes) {
     const Block sum = Multiply(rows, row, columns, j);
-    std::int32_t* a = out + j % kSeedClasses;
-    std::int32_t* b = out + (j + lanes) % kSeedClasses;
+    std::int32_t* a = largest + j % kSeedClasses;
+    std::int32_t* b = largest + (j + lanes) % kSeedClasses;
     KeepLargest(sum.a0, a);
     KeepLargest(sum.b0, b);
     KeepLargest(sum.a1, a + kSeedClasses);
@@ -104,6 +160,9 @@ void Seeds(const GridView& rows, std::size_t row, const GridView& columns, std::
     KeepLargest(sum.b2, b + 2 * kSeedClasses);
     KeepLargest(sum.a3, a + 3 * kSeedClasses);
     KeepLargest(sum.b3, b + 3 * kSeedClasses);
+  }
+  for (std::size_t r = 0; r < kRowBlock; ++r) {
+    kth[r] = KthLargest(largest + r * kSeedClasses, static_cast<std::int32_t>(k));
   }
 }
 
@@ -137,7 +196,7 @@ void ClosestColumns(const GridView& rows, std::size_t row, const GridView& colum
   const Closest none{hn::Set(d, std::numeric_limits<std::int32_t>::min()), hn::Zero(d)};
   Closest r0 = none, r1 = none, r2 = none, r3 = none;
   for (std::size_t j = 0; j < columns.size; j += 2 * lanes) {
-    const Block sum = Multiply(rows, row, columns, j);
+    const Block sum = MultiplyFirst(rows, row, columns, j);
     const Ints a = hn::Iota(d, static_cast<std::int32_t>(j));
     const Ints b = hn::Iota(d, static_cast<std::int32_t>(j + lanes));
     r0.Offer(sum.a0, a), r0.Offer(sum.b0, b);
@@ -168,71 +227,73 @@ HWY_INLINE bool AnyPositive(Ints v) {
 }
 
 HWY_INLINE std::size_t Append(Ints sum, std::int32_t row_limit, Ints column_limits, std::size_t row,
-                              std::size_t column, std::size_t count, GridPair* found) {
+                              Ints columns, std::size_t count, const GridPairs& found) {
   const Tag d;
+  const hn::RebindToUnsigned<Tag> u;
   const auto close =
       hn::Gt(hn::Add(sum, hn::Max(hn::Set(d, row_limit), column_limits)), hn::Zero(d));
-  if (hn::AllFalse(d, close)) return count;
-  std::uint8_t bytes[8] = {};
-  hn::StoreMaskBits(d, close, bytes);
-  for (auto bits = static_cast<std::uint32_t>(bytes[0] | bytes[1] << 8); bits != 0;
-       bits &= bits - 1) {
-    found[count++] = {static_cast<std::uint32_t>(row),
-                      static_cast<std::uint32_t>(column) +
-                          static_cast<std::uint32_t>(hwy::Num0BitsBelowLS1Bit_Nonzero32(bits))};
+  hn::StoreU(hn::BitCast(u, hn::Compress(columns, close)), u, found.columns + count);
+  hn::StoreU(hn::Set(u, static_cast<std::uint32_t>(row)), u, found.rows + count);
+  return count + hn::CountTrue(d, close);
+}
+
+/// Blocks of columns [begin, end) that hold anything close as far as the first axes tell; their
+/// number. A list and no branch, because nothing foretells which they are.
+HWY_INLINE std::size_t Possible(const GridView& rows, std::size_t row, const GridView& columns,
+                                std::size_t begin, std::size_t end, const GridLimits& limits,
+                                std::uint32_t* blocks) {
+  const Tag d;
+  const std::size_t lanes = hn::Lanes(d);
+  std::size_t count = 0;
+  for (std::size_t j = begin; j < end; j += 2 * lanes) {
+    const Block sum = MultiplyFirst(rows, row, columns, j);
+    const Ints of_a = hn::LoadU(d, limits.columns + j);
+    const Ints of_b = hn::LoadU(d, limits.columns + j + lanes);
+    blocks[count] = static_cast<std::uint32_t>(j);
+    count += AnyPositive(Within(sum, limits.rows, of_a, of_b)) ? 1 : 0;
   }
   return count;
 }
 
-std::size_t Close(const GridView& rows, std::size_t row, const GridView& columns, std::size_t begin,
-                  std::size_t end, const GridLimits& limits, GridPair* found) {
+HWY_INLINE std::size_t AppendClose(const GridView& rows, std::size_t row, const GridView& columns,
+                                   std::size_t j, const GridLimits& limits, std::size_t count,
+                                   const GridPairs& found) {
   const Tag d;
   const std::size_t lanes = hn::Lanes(d);
   const std::int32_t* limit = limits.rows;
-  std::size_t count = 0;
-  for (std::size_t j = begin; j < end; j += 2 * lanes) {
-    const Block sum = Multiply(rows, row, columns, j);
-    const Ints of_a = hn::LoadU(d, limits.columns + j);
-    const Ints of_b = hn::LoadU(d, limits.columns + j + lanes);
-    if (!AnyPositive(Within(sum, limit, of_a, of_b))) continue;
-    count = Append(sum.a0, limit[0], of_a, row, j, count, found);
-    count = Append(sum.b0, limit[0], of_b, row, j + lanes, count, found);
-    count = Append(sum.a1, limit[1], of_a, row + 1, j, count, found);
-    count = Append(sum.b1, limit[1], of_b, row + 1, j + lanes, count, found);
-    count = Append(sum.a2, limit[2], of_a, row + 2, j, count, found);
-    count = Append(sum.b2, limit[2], of_b, row + 2, j + lanes, count, found);
-    count = Append(sum.a3, limit[3], of_a, row + 3, j, count, found);
-    count = Append(sum.b3, limit[3], of_b, row + 3, j + lanes, count, found);
-  }
-  return count;
+  const Block sum = Multiply(rows, row, columns, j);
+  const Ints of_a = hn::LoadU(d, limits.columns + j);
+  const Ints of_b = hn::LoadU(d, limits.columns + j + lanes);
+  if (!AnyPositive(Within(sum, limit, of_a, of_b))) return count;
+  const Ints a = hn::Iota(d, static_cast<std::int32_t>(j));
+  const Ints b = hn::Iota(d, static_cast<std::int32_t>(j + lanes));
+  count = Append(sum.a0, limit[0], of_a, row, a, count, found);
+  count = Append(sum.b0, limit[0], of_b, row, b, count, found);
+  count = Append(sum.a1, limit[1], of_a, row + 1, a, count, found);
+  count = Append(sum.b1, limit[1], of_b, row + 1, b, count, found);
+  count = Append(sum.a2, limit[2], of_a, row + 2, a, count, found);
+  count = Append(sum.b2, limit[2], of_b, row + 2, b, count, found);
+  count = Append(sum.a3, limit[3], of_a, row + 3, a, count, found);
+  return Append(sum.b3, limit[3], of_b, row + 3, b, count, found);
 }
 
-void Distances(const float* HWY_RESTRICT rows, const float* HWY_RESTRICT columns,
-               const GridPair* found, std::size_t count, double* HWY_RESTRICT squared) {
-  constexpr std::size_t kLanes = 8;
-  constexpr std::size_t kWhole = kDescriptorBins / kLanes * kLanes;
-  const hn::CappedTag<double, kLanes> d;
-  const hn::Rebind<float, decltype(d)> in_float;
-  const auto load = [&](const float* p) { return hn::PromoteTo(d, hn::LoadU(in_float, p)); };
-  for (std::size_t n = 0; n < count; ++n) {
-    const float* a = rows + found[n].row * kDescriptorBins;
-    const float* b = columns + found[n].column * kDescriptorBins;
-    HWY_ALIGN double sums[kLanes];
-    for (std::size_t lane = 0; lane < kLanes; lane += hn::Lanes(d)) {
-      auto sum = hn::Zero(d);
-      for (std::size_t bin = lane; bin < kWhole; bin += kLanes) {
-        const auto difference = hn::Sub(load(a + bin), load(b + bin));
-        sum = hn::Add(sum, hn::Mul(difference, difference));
-      }
-      hn::Store(sum, d, sums + lane);
+CloseCount Close(const GridView& rows, std::size_t row, const GridView& columns, std::size_t begin,
+                 std::size_t end, const GridLimits& limits, bool first_axes,
+                 const GridPairs& found) {
+  const std::size_t width = 2 * hn::Lanes(Tag());
+  CloseCount count{0, (end - begin) / width, 0};
+  if (!first_axes) {
+    for (std::size_t j = begin; j < end; j += width) {
+      count.pairs = AppendClose(rows, row, columns, j, limits, count.pairs, found);
     }
-    for (std::size_t bin = kWhole; bin < kDescriptorBins; ++bin) {
-      const double difference = static_cast<double>(a[bin]) - static_cast<double>(b[bin]);
-      sums[bin - kWhole] += difference * difference;
-    }
-    squared[n] =
-        ((sums[0] + sums[1]) + (sums[2] + sums[3])) + ((sums[4] + sums[5]) + (sums[6] + sums[7]));
+    return count;
   }
+  std::uint32_t blocks[kMostColumns / 2];
+  count.possible = Possible(rows, row, columns, begin, end, limits, blocks);
+  for (std::size_t n = 0; n < count.possible; ++n) {
+    count.pairs = AppendClose(rows, row, columns, blocks[n], limits, count.pairs, found);
+  }
+  return count;
 }
 
 }  // namespace HWY_NAMESPACE
@@ -240,19 +301,15 @@ void Distances(const float* HWY_RESTRICT rows, const float* HWY_RESTRICT columns
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-#include <algorithm>
-
 namespace backsight {
 
 HWY_EXPORT(Seeds);
 HWY_EXPORT(ClosestColumns);
 HWY_EXPORT(Close);
-HWY_EXPORT(Distances);
 
 void FindSeeds(const GridView& rows, std::size_t row, const GridView& columns, std::size_t begin,
-               std::size_t end, std::span<std::int32_t> out) {
-  std::fill(out.begin(), out.end(), std::numeric_limits<std::int32_t>::min());
-  HWY_DYNAMIC_DISPATCH(Seeds)(rows, row, columns, begin, end, out.data());
+               std::size_t end, std::size_t k, std::span<std::int32_t, kRowBlock> kth) {
+  HWY_DYNAMIC_DISPATCH(Seeds)(rows, row, columns, begin, end, k, kth.data());
 }
 
 void FindClosest(const GridView& rows, std::size_t row, const GridView& columns,
@@ -260,15 +317,10 @@ void FindClosest(const GridView& rows, std::size_t row, const GridView& columns,
   HWY_DYNAMIC_DISPATCH(ClosestColumns)(rows, row, columns, out.data());
 }
 
-std::size_t FindClose(const GridView& rows, std::size_t row, const GridView& columns,
-                      std::size_t begin, std::size_t end, const GridLimits& limits,
-                      GridPair* found) {
-  return HWY_DYNAMIC_DISPATCH(Close)(rows, row, columns, begin, end, limits, found);
-}
-
-void ComputeSquaredDistances(const float* rows, const float* columns,
-                             std::span<const GridPair> pairs, double* squared) {
-  HWY_DYNAMIC_DISPATCH(Distances)(rows, columns, pairs.data(), pairs.size(), squared);
+CloseCount FindClose(const GridView& rows, std::size_t row, const GridView& columns,
+                     std::size_t begin, std::size_t end, const GridLimits& limits, bool first_axes,
+                     const GridPairs& found) {
+  return HWY_DYNAMIC_DISPATCH(Close)(rows, row, columns, begin, end, limits, first_axes, found);
 }
 
 }  // namespace backsight

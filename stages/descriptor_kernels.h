@@ -6,37 +6,41 @@
 
 namespace backsight {
 
+inline constexpr std::size_t kDescriptorPairs = 16;
+inline constexpr std::size_t kFirstPairs = 4;
+inline constexpr std::size_t kFirstAxes = 2 * kFirstPairs - 1;  // and the rest
+inline constexpr std::size_t kRowBlock = 4;  // rows that the kernels take together
+inline constexpr std::size_t kGridPadding = 32;
+inline constexpr std::size_t kSeedClasses = 16;
+
+/// Where pair p of descriptor j is: descriptors lie in panels of kGridPadding.
+constexpr std::size_t PlaceOnGrid(std::size_t p, std::size_t j) {
+  return (j / kGridPadding * kDescriptorPairs + p) * kGridPadding + j % kGridPadding;
+}
+
 /// Descriptors on an integer grid (stages/descriptor_grid.h), axes in pairs of 16 bits each, as the
-/// kernels read them. The squared distance of two of them, in grid steps, is D = |a|^2 + |b|^2 -
-/// 2 a.b < 2^31.
+/// kernels read them. The high half of pair kFirstPairs - 1 is no axis but the rest, at least the
+/// length of the coordinates along the axes of later pairs. The squared distance of two of them, in
+/// grid steps, is D = |a|^2 + |b|^2 - 2 a.b < 2^31.
 struct GridView {
-  const std::int32_t* pairs;         ///< pair p of descriptor j at pairs[p * stride + j]
-  const std::int32_t* half_squares;  ///< |a|^2 / 2, rounded down
+  const std::int32_t* pairs;         ///< pair p of descriptor j at pairs[PlaceOnGrid(p, j)]
+  const std::int32_t* half_squares;  ///< |a|^2 / 2 without the rest, rounded down
   std::size_t size;
   std::size_t stride;  ///< a multiple of kGridPadding, no less than `size`; zeros beyond the last
 };
 
-inline constexpr std::size_t kDescriptorBins = 33;
-inline constexpr std::size_t kDescriptorPairs = 15;  // three axes are left out
-inline constexpr std::size_t kRowBlock = 4;          // rows that the kernels take together
-inline constexpr std::size_t kGridPadding = 32;
-inline constexpr std::size_t kSeedClasses = 16;
-
-/// For each of kRowBlock rows from `row` on and each class of columns, j modulo kSeedClasses, the
-/// closest of the columns [begin, end), multiples of kGridPadding no more than `size`:
-/// out[kSeedClasses * r + class] = -h, D / 2 - 1 <= h <= D / 2. The same on all instruction sets.
+/// For each of kRowBlock rows from `row` on the k-th largest, k <= kSeedClasses, of what the
+/// columns of each class, j modulo kSeedClasses, have as their largest -h, D / 2 - 1 <= h <= D / 2:
+/// k columns of [begin, end), multiples of kGridPadding no more than `size`, are no farther. The
+/// same on all instruction sets.
 void FindSeeds(const GridView& rows, std::size_t row, const GridView& columns, std::size_t begin,
-               std::size_t end, std::span<std::int32_t> out);
+               std::size_t end, std::size_t k, std::span<std::int32_t, kRowBlock> kth);
 
-/// For each of kRowBlock rows from `row` on the closest column, equal ones by number. The columns'
-/// size is a multiple of kGridPadding. The same on all instruction sets.
+/// For each of kRowBlock rows from `row` on the closest column as far as the first axes and the
+/// rest tell, equal ones by number. The columns' size is a multiple of kGridPadding. The same on
+/// all instruction sets.
 void FindClosest(const GridView& rows, std::size_t row, const GridView& columns,
                  std::span<std::uint32_t, kRowBlock> out);
-
-struct GridPair {
-  std::uint32_t row;
-  std::uint32_t column;
-};
 
 /// Close enough to be looked at: D / 2 < rows[r] of the block's row r, or D / 2 < columns[j] of
 /// column j. Limits are no more than 2^30; 0 lets nothing in but what coincides.
@@ -45,18 +49,32 @@ struct GridLimits {
   const std::int32_t* columns;  ///< of all columns up to the stride
 };
 
-/// Pairs of the kRowBlock rows from `row` on with the columns [begin, end), multiples of
-/// kGridPadding up to the stride, that are close enough: all that are, and such as miss it by less
-/// than 1. `found` has room for kRowBlock (end - begin). Returns their number; their order depends
-/// on the instruction set.
-std::size_t FindClose(const GridView& rows, std::size_t row, const GridView& columns,
-                      std::size_t begin, std::size_t end, const GridLimits& limits,
-                      GridPair* found);
+/// Columns that are looked at together, at most, in panels and in pairs with kRowBlock rows. The
+/// kernels write whole vectors.
+inline constexpr std::size_t kMostColumns = 1024;
+inline constexpr std::size_t kFoundRoom = kRowBlock * kMostColumns + kSeedClasses;
 
-/// Sums of squared differences of all bins, in double: of the descriptors themselves,
-/// kDescriptorBins floats each. They are summed in eight lanes, so that the bits are the same on
-/// all instruction sets.
-void ComputeSquaredDistances(const float* rows, const float* columns,
-                             std::span<const GridPair> pairs, double* squared);
+/// Pairs that were found, room for kFoundRoom.
+struct GridPairs {
+  std::uint32_t* rows;
+  std::uint32_t* columns;
+};
+
+/// How many pairs were found, and in how many blocks of two vectors of columns they were looked
+/// for and were possible by the first axes.
+struct CloseCount {
+  std::size_t pairs;
+  std::size_t blocks;
+  std::size_t possible;
+};
+
+/// Pairs of the kRowBlock rows from `row` on with the columns [begin, end), multiples of
+/// kGridPadding up to the stride and at most kMostColumns, that are close enough: all that are, and
+/// such as miss it by less than 1; their order depends on the instruction set. With `first_axes`
+/// the first axes and the rest rule out what they can before all others are multiplied, which
+/// changes nothing but the time.
+CloseCount FindClose(const GridView& rows, std::size_t row, const GridView& columns,
+                     std::size_t begin, std::size_t end, const GridLimits& limits, bool first_axes,
+                     const GridPairs& found);
 
 }  // namespace backsight

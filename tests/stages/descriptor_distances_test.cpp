@@ -9,7 +9,7 @@
 #include <span>
 
 #include "core/random.h"
-#include "stages/descriptor_groups.h"
+#include "stages/descriptor_vectors.h"
 #include "stages/matching.h"
 #include "tests/support/instruction_sets.h"
 
@@ -50,6 +50,8 @@ std::vector<FpfhDescriptor> Histograms(std::uint64_t seed, std::size_t count, st
   }
   return descriptors;
 }
+
+constexpr FpfhDescriptor kOne{1.0F, 2.0F, 3.0F};
 
 /// Every distance, sorted with its index.
 std::vector<std::vector<std::uint32_t>> ReferenceNearest(const std::vector<FpfhDescriptor>& queries,
@@ -148,56 +150,45 @@ TEST(FindNearestDescriptors, EqualDistancesGoToTheLowerIndex) {
   }
 }
 
-/// a.b - |a|^2 / 2 - |b|^2 / 2 on the grid: the greater, the closer.
-std::int64_t Closeness(const GridView& a, std::size_t i, const GridView& b, std::size_t j) {
-  std::int64_t sum = -std::int64_t{a.half_squares[i]} - b.half_squares[j];
-  for (std::size_t pair = 0; pair < kDescriptorPairs; ++pair) {
-    const auto x = static_cast<std::uint32_t>(a.pairs[pair * a.stride + i]);
-    const auto y = static_cast<std::uint32_t>(b.pairs[pair * b.stride + j]);
-    sum += static_cast<std::int16_t>(x) * static_cast<std::int16_t>(y) +
-           static_cast<std::int16_t>(x >> 16U) * static_cast<std::int16_t>(y >> 16U);
+TEST(FindNearestDescriptors, DescriptorsThatOccurOftenAreFoundByIndex) {
+  for (std::uint64_t seed = 0; seed < 4; ++seed) {
+    Random random(seed);
+    const auto kinds = Histograms(seed, 30, 10000);
+    const auto some = [&](std::size_t count) {
+      std::vector<FpfhDescriptor> chosen(count);
+      for (FpfhDescriptor& d : chosen) d = kinds[random.Index(kinds.size())];
+      return chosen;
+    };
+    ExpectReferenceMatches(some(640 + seed), some(513 - seed), 5);
+    ExpectReferenceMatches(some(97), std::vector<FpfhDescriptor>(130, kinds[0]), 9);
   }
-  return sum;
+  const std::vector<FpfhDescriptor> equal(90, kOne);
+  ExpectReferenceMatches(equal, std::vector<FpfhDescriptor>(70, kOne), 5);
 }
 
-TEST(DescriptorGroups, SortsByTheClosestPivot) {
-  const auto descriptors = Histograms(1, 701, 50);
-  const DescriptorGrid grid(descriptors, MakeGridScale(descriptors, descriptors));
-  const DescriptorGrid pivots = ChoosePivots(grid);
-  const GridView p = pivots.view();
-  ForEachInstructionSet([&](const std::string& name) {
-    const DescriptorGroups groups(grid, pivots);
-    std::vector<std::uint32_t> order = groups.order();
-    for (std::size_t i = 0; i < order.size(); ++i) {
-      std::size_t closest = 0;
-      for (std::size_t j = 1; j < p.size; ++j) {
-        if (Closeness(grid.view(), order[i], p, j) > Closeness(grid.view(), order[i], p, closest)) {
-          closest = j;
-        }
-      }
-      EXPECT_EQ(groups.PivotOf(i), closest) << name;
-      EXPECT_TRUE(i == 0 || groups.PivotOf(i - 1) <= closest);
-      EXPECT_EQ(Closeness(groups.grid().view(), i, p, 0), Closeness(grid.view(), order[i], p, 0));
-    }
-    std::sort(order.begin(), order.end());
-    for (std::size_t i = 0; i < order.size(); ++i) EXPECT_EQ(order[i], i);
-  });
-}
-
-TEST(DescriptorGroups, ColumnsAroundAPivotAreWholeAndEnough) {
-  for (const std::size_t size : {1U, 31U, 32U, 100U, 700U, 2000U}) {
-    const auto descriptors = Histograms(size, size, 10000);
-    const DescriptorGrid grid(descriptors, MakeGridScale(descriptors, descriptors));
-    const DescriptorGroups groups(grid, ChoosePivots(grid));
-    const std::size_t whole = size / kGridPadding * kGridPadding;
-    for (std::size_t pivot = 0; pivot < kGridPadding; ++pivot) {
-      const ColumnRange range = groups.Around(pivot);
-      EXPECT_EQ(range.begin % kGridPadding, 0U);
-      EXPECT_EQ(range.end % kGridPadding, 0U);
-      EXPECT_LE(range.end, whole);
-      EXPECT_GE(range.end - range.begin, std::min<std::size_t>(128, whole));
+/// As of real scans: most of the differences along few directions, many descriptors of few kinds.
+std::vector<FpfhDescriptor> SurfaceDescriptors(std::uint64_t seed, std::size_t count) {
+  const auto kinds = Histograms(7, 12, 10000);
+  Random random(seed);
+  std::vector<FpfhDescriptor> descriptors(count);
+  for (FpfhDescriptor& d : descriptors) {
+    const FpfhDescriptor& a = kinds[random.Index(3)];
+    const FpfhDescriptor& b = kinds[random.Index(kinds.size())];
+    const float share = static_cast<float>(random.Uniform());
+    for (std::size_t bin = 0; bin < kDescriptorBins; ++bin) {
+      const double noise = random.Uniform(0.0, 0.3);
+      d[bin] = share * a[bin] + (1.0F - share) * b[bin] + static_cast<float>(noise);
     }
   }
+  return descriptors;
+}
+
+TEST(MatchDescriptors, EqualsBruteForceForSurfaces) {
+  for (std::uint64_t seed = 0; seed < 3; ++seed) {
+    ExpectReferenceMatches(SurfaceDescriptors(seed, 1300), SurfaceDescriptors(10 + seed, 1101), 5);
+  }
+  ExpectReferenceMatches(SurfaceDescriptors(1, 140), SurfaceDescriptors(2, 2200), 8);
+  ExpectReferenceMatches(SurfaceDescriptors(3, 2200), SurfaceDescriptors(4, 140), 3);
 }
 
 /// Descriptors a ten thousandth of a bin apart, far from the others: the grid cannot tell them.
