@@ -4,8 +4,10 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <vector>
 
+#include "stages/descriptor_boxes.h"
 #include "stages/descriptor_groups.h"
 #include "stages/descriptor_vectors.h"
 #include "stages/nearest_lists.h"
@@ -102,19 +104,20 @@ class Lists {
   std::vector<std::int32_t> limits_;
 };
 
-/// Whether to look at the first axes before all: not where they have let most through.
+/// Whether to rule out by the first axes before all are compared: not where they have ruled out
+/// little.
 class FirstAxes {
  public:
-  bool AreWorthIt() const { return blocks_ < kTrial || 3 * possible_ < 2 * blocks_; }
-  void Count(const CloseCount& count) {
-    blocks_ += count.blocks;
-    possible_ += count.possible;
+  bool AreWorthIt() const { return columns_ < kTrial || 3 * compared_ < 2 * columns_; }
+  void Count(std::size_t columns, std::size_t compared) {
+    columns_ += columns;
+    compared_ += compared;
   }
 
  private:
-  static constexpr std::size_t kTrial = 1024;
-  std::size_t blocks_ = 0;
-  std::size_t possible_ = 0;
+  static constexpr std::size_t kTrial = 32768;
+  std::size_t columns_ = 0;
+  std::size_t compared_ = 0;  // along all axes
 };
 
 /// Compares all pairs of the two sides that are close enough.
@@ -126,6 +129,7 @@ class Comparison {
         target_(target),
         rows_(rows),
         columns_(columns),
+        boxes_(columns.grid().view()),
         found_rows_(kFoundRoom),
         found_columns_(kFoundRoom),
         original_rows_(kFoundRoom),
@@ -133,22 +137,42 @@ class Comparison {
         squared_(kFoundRoom) {}
 
   void Run(Lists* of_rows, Lists* of_columns) {
-    const std::size_t stride = columns_.grid().view().stride;
-    for (std::size_t begin = 0; begin < stride; begin += kMostColumns) {
-      const std::size_t end = std::min(begin + kMostColumns, stride);
-      FirstAxes first_axes;
-      for (std::size_t row = 0; row < rows_.order().size(); row += kRowBlock) {
-        const GridLimits limits{of_rows->limits() + row, of_columns->limits()};
-        const CloseCount found =
-            FindClose(rows_.grid().view(), row, columns_.grid().view(), begin, end, limits,
-                      first_axes.AreWorthIt(), {found_rows_.data(), found_columns_.data()});
-        if (first_axes.AreWorthIt()) first_axes.Count(found);
-        if (found.pairs > 0) Offer(DropPadding(found.pairs), of_rows, of_columns);
-      }
+    const std::size_t panels = columns_.grid().view().stride / kGridPadding;
+    for (std::size_t begin = 0; begin < panels; begin += kMostPanels) {
+      RunPanels(begin, std::min(begin + kMostPanels, panels), of_rows, of_columns);
     }
   }
 
  private:
+  static_assert(kMostPanels % kSeedClasses == 0);  // as FindNear() wants it
+  void RunPanels(std::size_t begin, std::size_t end, Lists* of_rows, Lists* of_columns) {
+    constexpr std::size_t kRowsWithSameLimits = 16 * kRowBlock;
+    for (std::size_t row = 0; row < rows_.order().size(); row += kRowBlock) {
+      if (row % kRowsWithSameLimits == 0) boxes_.SetLimits(of_columns->limits(), begin, end);
+      const bool worth_it = first_axes_.AreWorthIt();
+      const GridLimits limits{of_rows->limits() + row, of_columns->limits()};
+      const CloseCount found =
+          FindClose(rows_.grid().view(), row, columns_.grid().view(),
+                    Panels(row, *std::max_element(limits.rows, limits.rows + kRowBlock), begin, end,
+                           worth_it),
+                    limits, worth_it, {found_rows_.data(), found_columns_.data()});
+      if (worth_it) first_axes_.Count((end - begin) * kGridPadding, found.columns);
+      if (found.pairs > 0) Offer(DropPadding(found.pairs), of_rows, of_columns);
+    }
+  }
+
+  /// Of [begin, end) those near a block of rows, or all.
+  std::span<const std::uint32_t> Panels(std::size_t row, std::int32_t row_limit, std::size_t begin,
+                                        std::size_t end, bool near_ones) {
+    std::size_t count = end - begin;
+    if (near_ones) {
+      count = boxes_.FindNear(rows_.grid().view(), row, row_limit, begin, end, panels_.data());
+    } else {
+      std::iota(panels_.begin(), panels_.end(), static_cast<std::uint32_t>(begin));
+    }
+    return std::span(panels_).first(count);
+  }
+
   /// Pairs of descriptors only, first, and what they were before they were grouped; returns their
   /// number.
   std::size_t DropPadding(std::size_t found) {
@@ -179,6 +203,9 @@ class Comparison {
   std::span<const FpfhDescriptor> source_, target_;
   const DescriptorGroups& rows_;
   const DescriptorGroups& columns_;
+  DescriptorBoxes boxes_;
+  FirstAxes first_axes_;
+  std::array<std::uint32_t, kMostPanels + kSeedClasses> panels_{};
   std::vector<std::uint32_t> found_rows_, found_columns_;
   std::vector<std::uint32_t> original_rows_, original_columns_;  // before they were grouped
   std::vector<double> squared_;

@@ -1,9 +1,9 @@
 #include "stages/descriptor_grid.h"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 
 namespace backsight {
 namespace {
@@ -17,22 +17,25 @@ double LargestNorm(const DescriptorAxes& axes, std::span<const FpfhDescriptor> d
   return std::sqrt(largest);
 }
 
-/// Half steps go up. Conversions cut towards zero, so what is cut must be positive.
-int Nearest(double place) {
-  constexpr int kShift = 1 << 15;
-  return static_cast<int>(place + (kShift + 0.5)) - kShift;
-}
-
 /// Two halves of a lane, the first one low.
 std::int32_t Pack(int low, int high) {
   return static_cast<std::int32_t>(static_cast<std::uint32_t>(high) << 16U |
                                    (static_cast<std::uint32_t>(low) & 0xFFFFU));
 }
 
+using AxisSteps = Eigen::Array<int, static_cast<int>(kDescriptorAxes), 1>;
+using AxisPlaces = Eigen::Array<double, static_cast<int>(kDescriptorAxes), 1>;
+
+/// Half steps go up. Conversions cut towards zero, so what is cut must be positive.
+AxisSteps Nearest(const AxisPlaces& places) {
+  constexpr int kShift = 1 << 15;
+  return (places + (kShift + 0.5)).cast<int>() - kShift;
+}
+
 /// What is left of a squared length once it is that of the axes of the grid, at most.
 double SquaredOffset(double squared_length, const double* turned) {
   constexpr double kRounding = 1e-12;  // of both, relative
-  const double along = std::inner_product(turned, turned + kDescriptorAxes, turned, 0.0);
+  const double along = Eigen::Map<const AxisPlaces>(turned).matrix().squaredNorm();
   return std::max(squared_length - along, 0.0) + kRounding * squared_length;
 }
 
@@ -76,29 +79,23 @@ DescriptorGrid::DescriptorGrid(std::span<const FpfhDescriptor> descriptors,
 }
 
 double DescriptorGrid::Place(std::size_t at, const double* turned, double steps_per_unit) {
-  std::array<int, kDescriptorAxes> steps;
-  double error2 = 0.0;
-  for (std::size_t axis = 0; axis < kDescriptorAxes; ++axis) {
-    const double place = turned[axis] * steps_per_unit;
-    steps[axis] = Nearest(place);
-    error2 += (place - steps[axis]) * (place - steps[axis]);
-  }
-  constexpr std::ptrdiff_t kFirst = kFirstAxes;
-  const int first2 = std::inner_product(steps.begin(), steps.begin() + kFirst, steps.begin(), 0);
-  const int rest2 =
-      std::inner_product(steps.begin() + kFirst, steps.end(), steps.begin() + kFirst, 0);
-  half_squares_[at] = (first2 + rest2) / 2;
+  const AxisPlaces places = Eigen::Map<const AxisPlaces>(turned) * steps_per_unit;
+  const AxisSteps steps = Nearest(places);
+  constexpr int kFirst = static_cast<int>(kFirstAxes);
+  constexpr int kLater = static_cast<int>(kDescriptorAxes) - kFirst;
+  const int rest2 = steps.tail<kLater>().matrix().squaredNorm();
+  half_squares_[at] = (steps.head<kFirst>().matrix().squaredNorm() + rest2) / 2;
 
   std::int32_t* pair = pairs_.data() + PlaceOnGrid(0, at);
-  std::size_t axis = 0;
-  for (; axis + 1 < kFirstAxes; axis += 2, pair += kGridPadding) {
+  int axis = 0;
+  for (; axis + 1 < kFirst; axis += 2, pair += kGridPadding) {
     *pair = Pack(steps[axis], steps[axis + 1]);
   }
   *pair = Pack(steps[axis], static_cast<int>(std::ceil(std::sqrt(static_cast<double>(rest2)))));
-  for (axis += 1; axis < kDescriptorAxes; axis += 2) {
+  for (axis += 1; axis < kFirst + kLater; axis += 2) {
     *(pair += kGridPadding) = Pack(steps[axis], steps[axis + 1]);
   }
-  return error2;
+  return (places - steps.cast<double>()).matrix().squaredNorm();
 }
 
 DescriptorGrid DescriptorGrid::Chosen(std::span<const std::uint32_t> places) const {

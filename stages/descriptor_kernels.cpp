@@ -237,20 +237,23 @@ HWY_INLINE std::size_t Append(Ints sum, std::int32_t row_limit, Ints column_limi
   return count + hn::CountTrue(d, close);
 }
 
-/// Blocks of columns [begin, end) that hold anything close as far as the first axes tell; their
-/// number. A list and no branch, because nothing foretells which they are.
+/// First columns of the blocks, two vectors of a panel each, that hold anything close as far as the
+/// first axes tell; their number. A list and no branch, because nothing foretells which they are.
 HWY_INLINE std::size_t Possible(const GridView& rows, std::size_t row, const GridView& columns,
-                                std::size_t begin, std::size_t end, const GridLimits& limits,
-                                std::uint32_t* blocks) {
+                                const std::uint32_t* panels, std::size_t panel_count,
+                                const GridLimits& limits, std::uint32_t* blocks) {
   const Tag d;
   const std::size_t lanes = hn::Lanes(d);
   std::size_t count = 0;
-  for (std::size_t j = begin; j < end; j += 2 * lanes) {
-    const Block sum = MultiplyFirst(rows, row, columns, j);
-    const Ints of_a = hn::LoadU(d, limits.columns + j);
-    const Ints of_b = hn::LoadU(d, limits.columns + j + lanes);
-    blocks[count] = static_cast<std::uint32_t>(j);
-    count += AnyPositive(Within(sum, limits.rows, of_a, of_b)) ? 1 : 0;
+  for (std::size_t n = 0; n < panel_count; ++n) {
+    const std::size_t begin = panels[n] * kGridPadding;
+    for (std::size_t j = begin; j < begin + kGridPadding; j += 2 * lanes) {
+      const Block sum = MultiplyFirst(rows, row, columns, j);
+      const Ints of_a = hn::LoadU(d, limits.columns + j);
+      const Ints of_b = hn::LoadU(d, limits.columns + j + lanes);
+      blocks[count] = static_cast<std::uint32_t>(j);
+      count += AnyPositive(Within(sum, limits.rows, of_a, of_b)) ? 1 : 0;
+    }
   }
   return count;
 }
@@ -277,23 +280,26 @@ HWY_INLINE std::size_t AppendClose(const GridView& rows, std::size_t row, const 
   return Append(sum.b3, limit[3], of_b, row + 3, b, count, found);
 }
 
-CloseCount Close(const GridView& rows, std::size_t row, const GridView& columns, std::size_t begin,
-                 std::size_t end, const GridLimits& limits, bool first_axes,
-                 const GridPairs& found) {
+CloseCount Close(const GridView& rows, std::size_t row, const GridView& columns,
+                 const std::uint32_t* panels, std::size_t panel_count, const GridLimits& limits,
+                 bool first_axes, const GridPairs& found) {
   const std::size_t width = 2 * hn::Lanes(Tag());
-  CloseCount count{0, (end - begin) / width, 0};
+  std::size_t count = 0;
   if (!first_axes) {
-    for (std::size_t j = begin; j < end; j += width) {
-      count.pairs = AppendClose(rows, row, columns, j, limits, count.pairs, found);
+    for (std::size_t n = 0; n < panel_count; ++n) {
+      for (std::size_t j = 0; j < kGridPadding; j += width) {
+        const std::size_t column = panels[n] * kGridPadding + j;
+        count = AppendClose(rows, row, columns, column, limits, count, found);
+      }
     }
-    return count;
+    return {count, panel_count * kGridPadding};
   }
-  std::uint32_t blocks[kMostColumns / 2];
-  count.possible = Possible(rows, row, columns, begin, end, limits, blocks);
-  for (std::size_t n = 0; n < count.possible; ++n) {
-    count.pairs = AppendClose(rows, row, columns, blocks[n], limits, count.pairs, found);
+  std::uint32_t blocks[kMostPanels * kGridPadding / 2 + 1];
+  const std::size_t possible = Possible(rows, row, columns, panels, panel_count, limits, blocks);
+  for (std::size_t n = 0; n < possible; ++n) {
+    count = AppendClose(rows, row, columns, blocks[n], limits, count, found);
   }
-  return count;
+  return {count, possible * width};
 }
 
 }  // namespace HWY_NAMESPACE
@@ -318,9 +324,10 @@ void FindClosest(const GridView& rows, std::size_t row, const GridView& columns,
 }
 
 CloseCount FindClose(const GridView& rows, std::size_t row, const GridView& columns,
-                     std::size_t begin, std::size_t end, const GridLimits& limits, bool first_axes,
-                     const GridPairs& found) {
-  return HWY_DYNAMIC_DISPATCH(Close)(rows, row, columns, begin, end, limits, first_axes, found);
+                     std::span<const std::uint32_t> panels, const GridLimits& limits,
+                     bool first_axes, const GridPairs& found) {
+  return HWY_DYNAMIC_DISPATCH(Close)(rows, row, columns, panels.data(), panels.size(), limits,
+                                     first_axes, found);
 }
 
 }  // namespace backsight

@@ -49,10 +49,10 @@ struct GridLimits {
   const std::int32_t* columns;  ///< of all columns up to the stride
 };
 
-/// Columns that are looked at together, at most, in panels and in pairs with kRowBlock rows. The
+/// Columns are in panels of kGridPadding, of which at most so many are looked at together. The
 /// kernels write whole vectors.
-inline constexpr std::size_t kMostColumns = 1024;
-inline constexpr std::size_t kFoundRoom = kRowBlock * kMostColumns + kSeedClasses;
+inline constexpr std::size_t kMostPanels = 32;
+inline constexpr std::size_t kFoundRoom = kRowBlock * kMostPanels * kGridPadding + kSeedClasses;
 
 /// Pairs that were found, room for kFoundRoom.
 struct GridPairs {
@@ -60,21 +60,18 @@ struct GridPairs {
   std::uint32_t* columns;
 };
 
-/// How many pairs were found, and in how many blocks of two vectors of columns they were looked
-/// for and were possible by the first axes.
+/// How many pairs were found, and how many columns were compared along all axes.
 struct CloseCount {
   std::size_t pairs;
-  std::size_t blocks;
-  std::size_t possible;
+  std::size_t columns;
 };
 
-/// Pairs of the kRowBlock rows from `row` on with the columns [begin, end), multiples of
-/// kGridPadding up to the stride and at most kMostColumns, that are close enough: all that are, and
-/// such as miss it by less than 1; their order depends on the instruction set. With `first_axes`
-/// the first axes and the rest rule out what they can before all others are multiplied, which
-/// changes nothing but the time.
+/// Pairs of the kRowBlock rows from `row` on with the columns of these panels that are close
+/// enough: all that are, and such as miss it by less than 1; their order depends on the instruction
+/// set. With `first_axes` the first axes and the rest rule out what they can before all others are
+/// multiplied, which changes nothing but the time.
 CloseCount FindClose(const GridView& rows, std::size_t row, const GridView& columns,
-                     std::size_t begin, std::size_t end, const GridLimits& limits, bool first_axes,
-                     const GridPairs& found);
+                     std::span<const std::uint32_t> panels, const GridLimits& limits,
+                     bool first_axes, const GridPairs& found);
 
 }  // namespace backsight

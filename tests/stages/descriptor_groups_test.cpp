@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/random.h"
+#include "stages/descriptor_boxes.h"
 #include "tests/support/instruction_sets.h"
 
 namespace backsight {
@@ -119,6 +120,8 @@ TEST(DescriptorGrid, FirstAxesAndTheRestBoundDistancesFromBelow) {
 TEST(FindClose, FirstAxesChangeNothing) {
   const Grid on(SomeDescriptors(4, 1000));
   const GridView view = on.grid.view();
+  std::vector<std::uint32_t> panels(view.stride / kGridPadding);
+  std::iota(panels.begin(), panels.end(), 0U);
   ForEachInstructionSet([&](const std::string& name) {
     Random random(5);
     for (std::size_t trial = 0; trial < 40; ++trial) {
@@ -130,8 +133,8 @@ TEST(FindClose, FirstAxesChangeNothing) {
       const auto find = [&](bool first_axes) {
         std::vector<std::uint32_t> rows(kFoundRoom), columns(kFoundRoom);
         const CloseCount count =
-            FindClose(view, row, view, 0, view.stride, {limits.data() + row, limits.data()},
-                      first_axes, {rows.data(), columns.data()});
+            FindClose(view, row, view, panels, {limits.data() + row, limits.data()}, first_axes,
+                      {rows.data(), columns.data()});
         std::vector<std::pair<std::uint32_t, std::uint32_t>> found;
         for (std::size_t n = 0; n < count.pairs; ++n) found.emplace_back(rows[n], columns[n]);
         std::sort(found.begin(), found.end());
@@ -148,6 +151,48 @@ TEST(FindClose, FirstAxesChangeNothing) {
       EXPECT_EQ(find(true), expected) << name;
       EXPECT_EQ(find(false), expected) << name;
     }
+  });
+}
+
+/// Panels that hold a column close enough to a row of the block.
+std::vector<std::uint32_t> PanelsWithClose(const GridView& view, std::size_t row,
+                                           const std::vector<std::int32_t>& limits) {
+  std::vector<std::uint32_t> panels;
+  for (std::size_t j = 0; j < view.size; ++j) {
+    for (std::size_t r = row; r < row + kRowBlock; ++r) {
+      const auto panel = static_cast<std::uint32_t>(j / kGridPadding);
+      const bool is_close = Closeness(view, r, view, j) + std::max(limits[r], limits[j]) > 0;
+      if (is_close && (panels.empty() || panels.back() != panel)) panels.push_back(panel);
+    }
+  }
+  return panels;
+}
+
+TEST(DescriptorBoxes, RuleOutOnlyPanelsWithoutClose) {
+  const Grid on(SomeDescriptors(6, 2000));
+  const DescriptorGroups groups(on.grid, ChoosePivots(on.grid));
+  const GridView view = groups.grid().view();
+  const std::size_t panels = view.stride / kGridPadding;
+  DescriptorBoxes boxes(view);
+  Random random(7);
+  std::vector<std::int32_t> limits(view.stride);
+  for (std::int32_t& limit : limits) limit = static_cast<std::int32_t>(random.Index(1000000));
+  boxes.SetLimits(limits.data(), 0, panels);
+  ForEachInstructionSet([&](const std::string& name) {
+    std::size_t near_ones = 0;
+    for (std::size_t row = 0; row < view.size; row += 20 * kRowBlock) {
+      const auto row_limit =
+          *std::max_element(limits.data() + row, limits.data() + row + kRowBlock);
+      std::vector<std::uint32_t> near(panels + kSeedClasses);
+      near.resize(boxes.FindNear(view, row, row_limit, 16, panels, near.data()));
+      EXPECT_TRUE(std::is_sorted(near.begin(), near.end())) << name;
+      for (const std::uint32_t panel : PanelsWithClose(view, row, limits)) {
+        if (panel < 16) continue;
+        EXPECT_TRUE(std::binary_search(near.begin(), near.end(), panel)) << name << " " << panel;
+      }
+      near_ones += near.size();
+    }
+    EXPECT_LT(near_ones, (panels - 16) * (view.size / (20 * kRowBlock)) * 9 / 10) << name;
   });
 }
 
