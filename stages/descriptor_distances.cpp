@@ -20,33 +20,39 @@ constexpr DescriptorNeighbor kNoNeighbor{std::numeric_limits<double>::infinity()
 constexpr std::int32_t kNoLimit = std::int32_t{1} << 30;
 
 /// From distances to those of the grid, rounded so that nothing is missed.
-struct Rounding {
-  double steps_per_unit;
-  double both_errors;   // of two descriptors together, steps
-  double both_offsets;  // along the axes that the grid leaves out, likewise
+class Rounding {
+ public:
+  Rounding(const DescriptorGridScale& scale, const DescriptorGrid& a, const DescriptorGrid& b)
+      : both_errors_(a.largest_error() + b.largest_error()),
+        both_offsets_(a.largest_offset() + b.largest_offset()),
+        slope_(scale.steps_per_unit * scale.steps_per_unit * (1.0 + both_errors_ / kUsual)),
+        intercept_(both_errors_ * (both_errors_ + kUsual)) {}
 
   /// More than half the squared distance on the grid of what is no farther than this: of x steps,
   /// (x + e)^2 = x^2 + 2 e x + e^2, where 2 x <= x^2 / c + c for all c, so that no root is taken.
   std::int32_t HalfLimit(double squared) const {
-    constexpr double kUsual = 3000.0;  // c, steps
-    const double squared_steps = squared * (steps_per_unit * steps_per_unit);
-    return HalfLimitOf(squared_steps + both_errors * (squared_steps / kUsual + kUsual) +
-                       both_errors * both_errors);
+    return HalfLimitOf(squared * slope_ + intercept_);
   }
   /// The same from a half squared distance on the grid itself.
   std::int32_t HalfLimitFromGrid(double half_squared) const {
     const double on_grid = std::sqrt(2.0 * std::max(half_squared, 0.0));
-    const double at_most = on_grid + both_errors;
-    const double steps = std::sqrt(at_most * at_most + both_offsets * both_offsets) + both_errors;
+    const double at_most = on_grid + both_errors_;
+    const double steps =
+        std::sqrt(at_most * at_most + both_offsets_ * both_offsets_) + both_errors_;
     return HalfLimitOf(steps * steps);
   }
 
  private:
   static std::int32_t HalfLimitOf(double squared_steps) {
     constexpr double kUp = 1.0 + 1e-9;  // for the roundings here
-    const double half = 0.5 * squared_steps * kUp + 1.0;
+    const double half = 0.5 * kUp * squared_steps + 1.0;
     return static_cast<std::int32_t>(std::min(half, static_cast<double>(kNoLimit)));
   }
+
+  static constexpr double kUsual = 4000.0;  // c, steps
+  double both_errors_;                      // of two descriptors together, steps
+  double both_offsets_;                     // along the axes that the grid leaves out, likewise
+  double slope_, intercept_;
 };
 
 /// One side's lists of nearest neighbours, and what must be looked at to complete them.
@@ -229,9 +235,7 @@ void FindNearestDescriptors(std::span<const FpfhDescriptor> source,
   const DescriptorGrid pivots = ChoosePivots(target_grid);
   const DescriptorGroups rows(source_grid, pivots);
   const DescriptorGroups columns(target_grid, pivots);
-  const Rounding rounding{scale.steps_per_unit,
-                          source_grid.largest_error() + target_grid.largest_error(),
-                          source_grid.largest_offset() + target_grid.largest_offset()};
+  const Rounding rounding(scale, source_grid, target_grid);
   Lists of_rows(rows, k, rounding);
   Lists of_columns(columns, k, rounding);
   of_rows.Seed(columns);
