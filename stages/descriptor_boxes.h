@@ -2,9 +2,8 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <span>
-#include <vector>
 
+#include "core/cache_line_vector.h"
 #include "stages/descriptor_kernels.h"
 
 namespace backsight {
@@ -29,8 +28,8 @@ class DescriptorBoxes {
  private:
   // Coordinate c of panel p at [(p / kSeedClasses * 2 kFirstPairs + c) * kSeedClasses +
   // p % kSeedClasses].
-  std::vector<std::int32_t> lowest_, highest_;
-  std::vector<std::int32_t> limits_;  // of each panel
+  CacheLineVector<std::int32_t> lowest_, highest_;
+  CacheLineVector<std::int32_t> limits_;  // of each panel
 };
 
 }  // namespace backsight

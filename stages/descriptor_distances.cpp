@@ -7,6 +7,7 @@
 #include <numeric>
 #include <vector>
 
+#include "core/cache_line_vector.h"
 #include "stages/descriptor_boxes.h"
 #include "stages/descriptor_groups.h"
 #include "stages/descriptor_vectors.h"
@@ -107,7 +108,7 @@ class Lists {
   std::size_t k_;
   Rounding rounding_;
   NearestLists nearest_;
-  std::vector<std::int32_t> limits_;
+  CacheLineVector<std::int32_t> limits_;
 };
 
 /// Whether to rule out by the first axes before all are compared: not where they have ruled out

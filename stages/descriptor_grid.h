@@ -1,8 +1,8 @@
 #pragma once
 
 #include <span>
-#include <vector>
 
+#include "core/cache_line_vector.h"
 #include "stages/descriptor_axes.h"
 #include "stages/descriptor_kernels.h"
 #include "stages/station_model.h"
@@ -44,8 +44,8 @@ class DescriptorGrid {
 
   std::size_t size_;
   std::size_t stride_;
-  std::vector<std::int32_t> pairs_;
-  std::vector<std::int32_t> half_squares_;
+  CacheLineVector<std::int32_t> pairs_;
+  CacheLineVector<std::int32_t> half_squares_;
   double largest_error_ = 0.0;
   double largest_offset_ = 0.0;
 };
