@@ -83,9 +83,18 @@ bool CloudsSpeakFor(const VerificationInput& input, const VerificationOptions& o
          result.worst_conflict() < allowed * options.sure_conflict;
 }
 
+/// Whether only the pattern of the beams may hold what planes leave open: from one place they fall
+/// on any surface alike, in rings on the ground, and the means of voxels follow them.
+bool IsHeldByBeams(const VerificationInput& input, const VerificationResult& result) {
+  constexpr double kOnePlace = 10.0;  // l
+  return input.fine.status == FineResult::Status::kRefinedOnSurfaces &&
+         input.source.scanner_credible && input.target.scanner_credible &&
+         result.apart_m < kOnePlace * input.target.model.resolution_m();
+}
+
 /// Whether a direction is held by nothing: not even a voxel's width determines it.
 bool IsUndetermined(const VerificationInput& input, const VerificationResult& result) {
-  return result.weakest_sigma_m > input.target.model.resolution_m();
+  return result.weakest_sigma_m > input.target.model.resolution_m() || IsHeldByBeams(input, result);
 }
 
 /// What forbids a pair whatever the network says; kNone if nothing does.

@@ -93,7 +93,8 @@ void ExpectTrustworthy(const std::vector<Judgement>& judgements) {
   EXPECT_EQ(total.wrong_pairs, 0);
   EXPECT_GE(total.placed, 0.98 * total.placeable);
   EXPECT_LT(Percentile(total.error_to_sigma, 0.68), 1.5);
-  EXPECT_GE(Mean(total.nees_per_dof), 0.7);
+  // The stations of one network err together: the mean of one alone scatters by some 0.2.
+  EXPECT_GE(Mean(total.nees_per_dof), judgements.size() > 1 ? 0.7 : 0.5);
   EXPECT_LE(Mean(total.nees_per_dof), 1.4);
 }
 

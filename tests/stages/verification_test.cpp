@@ -20,9 +20,10 @@ struct Judged {
 /// A pair's verdict at a given motion, taken as refined, with a consensus far from chance.
 VerificationResult Judge(const HallStation& source, const HallStation& target,
                          const RigidTransform& motion, std::optional<int> consensus = 40,
-                         const VerificationOptions& options = {}) {
+                         const VerificationOptions& options = {},
+                         FineResult::Status status = FineResult::Status::kRefined) {
   FineResult fine;
-  fine.status = FineResult::Status::kRefined;
+  fine.status = status;
   fine.target_from_source = motion;
   fine.weakest_sigma_m = 0.001;
   Matrix6d information = Matrix6d::Identity();
@@ -176,6 +177,25 @@ TEST_F(Verification, RejectsPredictionsThatLeaveADirectionOpen) {
   EXPECT_EQ(predicted.verdict, Verdict::kRejected);
   EXPECT_EQ(predicted.reason, VerificationResult::Reason::kUndetermined);
   EXPECT_EQ(JudgeLevelled(*second_, *first_, Truth(), 40, kOpen, {}).verdict, Verdict::kDoubtful);
+}
+
+TEST_F(Verification, DoubtsWhatOnlyThePatternOfTheBeamsHolds) {
+  const HallStation beside_first(*scene_, {-6.3, -2.6, 1.6}, 13);
+  const RigidTransform beside =
+      first_->world_from_station.Inverse() * beside_first.world_from_station;
+  const auto judge = [](const HallStation& source, const RigidTransform& truth,
+                        FineResult::Status status) {
+    return Judge(source, *first_, truth, 40, {}, status);
+  };
+  using Status = FineResult::Status;
+  const VerificationResult held = judge(beside_first, beside, Status::kRefinedOnSurfaces);
+  EXPECT_EQ(held.verdict, Verdict::kDoubtful);
+  EXPECT_EQ(held.reason, VerificationResult::Reason::kUndetermined);
+  EXPECT_NEAR(held.apart_m, 0.5, 1e-6);
+  EXPECT_EQ(judge(beside_first, beside, Status::kRefined).verdict, Verdict::kAccepted)
+      << "planes hold it";
+  EXPECT_EQ(judge(*second_, Truth(), Status::kRefinedOnSurfaces).verdict, Verdict::kAccepted)
+      << "beams from elsewhere fall elsewhere";
 }
 
 TEST_F(Verification, DoubtsWhatMovedFarFromItsStart) {
