@@ -113,7 +113,8 @@ std::string ScanTable(const RunRecord& run) {
 
 std::string OutputTable(const RunRecord& run) {
   if (run.outputs.empty()) return HtmlSentence("Nothing was written.");
-  HtmlTable table({{"file"}, {"format"}, {"points", true}, {"of all points"}});
+  HtmlTable table(
+      {{"file"}, {"format"}, {"points", true}, {"which points within the range limits"}});
   for (const OutputRecord& output : run.outputs) {
     table.Row({"<code>" + HtmlText(output.path) + "</code>", HtmlText(output.format),
                output.points ? GroupedText(*output.points) : "", SelectionText(output)});

@@ -100,13 +100,15 @@ std::string_view NameOf(CloudFormat format) {
   return "E57";
 }
 
-/// For people; empty where all points are written.
-std::string SelectionText(const MergeOptions& merge) {
-  std::vector<std::string> parts;
-  if (merge.thin_m > 0.0) parts.push_back(fmt::format("the best per {:g} mm", 1e3 * merge.thin_m));
-  if (merge.crop) parts.emplace_back("within the crop box");
-  if (merge.without_moving) parts.emplace_back("without what moved");
-  return fmt::format("{}", fmt::join(parts, ", "));
+/// What a part of a cloud holds, for people; empty where it is all that there is.
+std::string SelectionText(const MergeOptions& merge, std::size_t part, std::size_t parts) {
+  std::vector<std::string> said;
+  if (merge.thin_m > 0.0)
+    said.push_back(fmt::format("the best per cell of {:g} mm", 1e3 * merge.thin_m));
+  if (merge.crop) said.emplace_back("within the crop box");
+  if (merge.without_moving) said.emplace_back("without what moved");
+  if (parts > 1) said.push_back(fmt::format("part {} of {}", part, parts));
+  return fmt::format("{}", fmt::join(said, ", "));
 }
 
 /// Points in output coordinates. A field is in the cloud only where every station has it.
@@ -186,9 +188,10 @@ OutputFiles WriteCloud(const CloudOutput& output, const std::vector<int>& statio
                      context)
           : WriteFlat(output, in_crs ? ground.frame->wkt() : "",
                       MergeStationsOf(stations, source, context), merge, context);
-  for (const WrittenFile& file : files) {
-    written.files.push_back(
-        {file.path, std::string(NameOf(output.format)), SelectionText(merge), file.points});
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    const WrittenFile& file = files[i];
+    written.files.push_back({file.path, std::string(NameOf(output.format)),
+                             SelectionText(merge, i + 1, files.size()), file.points});
     if (file.points == 0) {
       written.warnings.push_back(
           fmt::format("{}: no point is left of what was asked for", file.path));

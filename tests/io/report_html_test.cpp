@@ -183,7 +183,7 @@ TEST(ReportHtml, SaysWhichPointsACloudHolds) {
     const std::size_t begin = html.find("<code>" + file);
     return html.substr(begin, html.find("</tr>", begin) - begin);
   };
-  EXPECT_THAT(row("out/merged.las"), HasSubstr(">the best per 5 mm<"));
+  EXPECT_THAT(row("out/merged.las"), HasSubstr(">the best per cell of 5 mm<"));
   EXPECT_THAT(row("out/stations/S1.e57"), HasSubstr(">all<"));
   EXPECT_THAT(row("out/map.ot"), Not(HasSubstr("all")));
 }

@@ -235,7 +235,7 @@ RunRecord SampleRun() {
     if (i == 3) scan.notes = {"repaired: 12 records with a decimal comma", "no intensity"};
     run.scans.push_back(scan);
   }
-  run.outputs = {{"out/merged.las", "las", "the best per 5 mm", 45123456},
+  run.outputs = {{"out/merged.las", "las", "the best per cell of 5 mm", 45123456},
                  {"out/stations/S1.e57", "E57", "", 11750000},
                  {"out/map.ot", "OctoMap", "", std::nullopt}};
   run.gates = {{"require_all_stations", "12", "10", false},

@@ -213,7 +213,7 @@ TEST_F(CloudOutputsTest, MergedE57IsThinnedAndCroppedLikeOtherClouds) {
   const auto flat = ReadWhole(written.files.at(1).path);
   EXPECT_LT(flat.points.size(), points_[0].size());
   for (const OutputRecord& file : written.files) {
-    EXPECT_EQ(file.selection, "the best per 2000 mm, within the crop box");
+    EXPECT_EQ(file.selection, "the best per cell of 2000 mm, within the crop box");
   }
   std::size_t at = 0;
   for (const int s : {0, 1}) {
@@ -227,6 +227,16 @@ TEST_F(CloudOutputsTest, MergedE57IsThinnedAndCroppedLikeOtherClouds) {
     }
   }
   EXPECT_EQ(at, flat.points.size());
+}
+
+TEST_F(CloudOutputsTest, PartsOfACloudAreCalledSo) {
+  CloudOutput output = Merged(CloudFormat::kLas, "all.las");
+  output.without_moving = true;
+  output.max_points = static_cast<int>(points_[0].size());
+  const OutputFiles written = Write({output}, std::nullopt);
+  ASSERT_EQ(written.files.size(), 2U);
+  EXPECT_EQ(written.files[0].selection, "without what moved, part 1 of 2");
+  EXPECT_EQ(written.files[1].selection, "without what moved, part 2 of 2");
 }
 
 TEST_F(CloudOutputsTest, ThinningPrefersTheStationThatFacesTheSurface) {
