@@ -25,6 +25,10 @@ struct VoxelLattice {
     return origin + edge_m * cell.cast<double>();
   }
 
+  bool operator==(const VoxelLattice& other) const {
+    return edge_m == other.edge_m && origin == other.origin;
+  }
+
   static std::uint64_t Pack(const Eigen::Vector3i& cell) {
     const auto part = [](int i) { return static_cast<std::uint64_t>(i + kHalfRange) & 0x1FFFFFU; };
     return part(cell.x()) << 42U | part(cell.y()) << 21U | part(cell.z());

@@ -54,6 +54,7 @@ VoxelLeaves VoxelLeaves::Merge(std::vector<VoxelLeaves> parts) {
   std::vector<std::vector<VoxelPoints::Places>> places;
   std::vector<std::vector<VoxelSpread>> spreads;
   for (VoxelLeaves& part : parts) {
+    BACKSIGHT_CHECK(part.lattice() == leaves.lattice(), "parts are of one lattice");
     voxels += part.size();
     keys.push_back(std::move(part.means_.keys_));
     places.push_back(std::move(part.means_.places_));

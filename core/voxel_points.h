@@ -16,7 +16,8 @@ namespace backsight {
 /// One point in each of some voxels of a lattice, in 14 bytes instead of 32: the voxel's key
 /// (VoxelLattice::Pack) and, along each axis, in which 65,536th of its edge the point lies. A point
 /// that is given back is the middle of these. So it lies within its voxel and at most 2^-17 edges
-/// beside where it was along each axis, whatever its coordinates: 0.8 um in voxels of 0.1 m.
+/// beside where it was along each axis (0.8 um in voxels of 0.1 m), but for the rounding of
+/// doubles.
 class VoxelPoints {
  public:
   VoxelPoints() = default;

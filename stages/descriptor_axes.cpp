@@ -3,6 +3,8 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 
+#include "core/error.h"
+
 namespace backsight {
 namespace {
 
@@ -43,6 +45,7 @@ DescriptorAxes::DescriptorAxes(std::span<const FpfhDescriptor> a,
   BinMatrix scatter = BinMatrix::Zero();
   scatter.selfadjointView<Eigen::Lower>().rankUpdate(sample);
   const Eigen::SelfAdjointEigenSolver<BinMatrix> ascending(scatter);
+  BACKSIGHT_CHECK(ascending.info() == Eigen::Success, "bins of descriptors are finite");
   for (std::size_t bin = 0; bin < kDescriptorBins; ++bin) {
     for (std::size_t axis = 0; axis < kDescriptorAxes; ++axis) {
       basis_[bin * kFrameStride + axis] = ascending.eigenvectors()(

@@ -5,16 +5,24 @@
 #include <array>
 #include <cmath>
 
+#include "core/error.h"
+
 namespace backsight {
 namespace {
 
 constexpr double kLargestNorm = 23000.0;  // steps: twice that, squared, is below 2^31
 static_assert(kDescriptorAxes == 2 * kDescriptorPairs - 1);
 
+/// Not finite where any is not.
 double LargestNorm(const DescriptorAxes& axes, std::span<const FpfhDescriptor> descriptors) {
   double largest = 0.0;
-  for (const FpfhDescriptor& d : descriptors) largest = std::max(largest, axes.SquaredLength(d));
-  return std::sqrt(largest);
+  double sum = 0.0;  // what is not finite stays in it
+  for (const FpfhDescriptor& d : descriptors) {
+    const double squared = axes.SquaredLength(d);
+    largest = std::max(largest, squared);
+    sum += squared;
+  }
+  return std::isfinite(sum) ? std::sqrt(largest) : sum;
 }
 
 /// Two halves of a lane, the first one low.
@@ -44,7 +52,10 @@ double SquaredOffset(double squared_length, const double* turned) {
 DescriptorGridScale MakeGridScale(const DescriptorAxes& axes, std::span<const FpfhDescriptor> a,
                                   std::span<const FpfhDescriptor> b) {
   DescriptorGridScale scale;
-  const double largest = std::max(LargestNorm(axes, a), LargestNorm(axes, b));
+  const double of_a = LargestNorm(axes, a);
+  const double of_b = LargestNorm(axes, b);
+  BACKSIGHT_CHECK(std::isfinite(of_a) && std::isfinite(of_b), "bins of descriptors are finite");
+  const double largest = std::max(of_a, of_b);
   // Rounding may lengthen a descriptor by half a step an axis, and its rest by one.
   const double room = kLargestNorm - std::sqrt(static_cast<double>(kDescriptorAxes)) - 1.0;
   if (largest > 0.0) scale.steps_per_unit = room / largest;
@@ -100,8 +111,6 @@ double DescriptorGrid::Place(std::size_t at, const double* turned, double steps_
 
 DescriptorGrid DescriptorGrid::Chosen(std::span<const std::uint32_t> places) const {
   DescriptorGrid chosen(places.size());
-  chosen.largest_error_ = largest_error_;
-  chosen.largest_offset_ = largest_offset_;
   for (std::size_t i = 0; i < places.size(); ++i) {
     chosen.half_squares_[i] = half_squares_[places[i]];
     const std::int32_t* from = pairs_.data() + PlaceOnGrid(0, places[i]);

@@ -28,7 +28,7 @@ class DescriptorGrid {
   DescriptorGrid(std::span<const FpfhDescriptor> descriptors, const DescriptorAxes& axes,
                  const DescriptorGridScale& scale);
 
-  /// Those at these places, in their order; the largest error and offset stay those of all.
+  /// Those at these places, in their order, without their largest error and offset.
   DescriptorGrid Chosen(std::span<const std::uint32_t> places) const;
 
   GridView view() const { return {pairs_.data(), half_squares_.data(), size_, stride_}; }

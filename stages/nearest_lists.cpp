@@ -78,8 +78,6 @@ void Offers(NearestPart* parts, std::size_t parts_per_list, const std::uint32_t*
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-#include <algorithm>
-
 namespace backsight {
 
 HWY_EXPORT(Offers);

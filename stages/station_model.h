@@ -19,7 +19,8 @@ enum class ScannerPlace : char {
 };
 
 /// What is kept of a scan after its one streaming pass. All geometry (features, planes, overlap) is
-/// computed from the voxel clusters, exactly over all raw points.
+/// computed from the voxel clusters, over all raw points but for rounding (VoxelPoints,
+/// VoxelSpread).
 ///
 /// Frames: clusters are kept in the `instrument` frame, which has the station frame's axes and its
 /// origin at the instrument, so that coordinates stay small and rotations are decoupled from

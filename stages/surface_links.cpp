@@ -43,12 +43,17 @@ SurfaceMatcher::SurfaceMatcher(std::span<const StationModel* const> stations,
   for (const StationModel* model : stations) l_ = std::max(l_, model->resolution_m());
   context.ParallelFor(stations.size(), [&](std::size_t s) {
     Voxels& voxels = voxels_[s];
-    voxels.means = VoxelPoints(stations[s]->lattice());
-    for (std::size_t i = 0; i < stations[s]->leaves.size(); ++i) {
-      const Eigen::Vector3f& normal = (*normals[s])[i];
-      if (!normal.allFinite() || covered(s, i)) continue;
-      voxels.means.Add(stations[s]->leaves.Key(i), stations[s]->leaves.Mean(i));
-      voxels.normals.push_back(normal);
+    const VoxelLeaves& leaves = stations[s]->leaves;
+    std::vector<std::uint32_t> free;
+    for (std::uint32_t i = 0; i < leaves.size(); ++i) {
+      if ((*normals[s])[i].allFinite() && !covered(s, i)) free.push_back(i);
+    }
+    voxels.means = VoxelPoints(leaves.lattice());
+    voxels.means.Reserve(free.size());
+    voxels.normals.reserve(free.size());
+    for (const std::uint32_t i : free) {
+      voxels.means.Add(leaves.Key(i), leaves.Mean(i));
+      voxels.normals.push_back((*normals[s])[i]);
     }
     voxels.index = std::make_unique<VoxelIndex>(voxels.means);
   });

@@ -27,7 +27,8 @@ struct SurfaceObservations {
 class SurfaceMatcher {
  public:
   /// `covered(s, i)`: voxel i of station s is part of a plane. `normals[s]` per leaf, NaN where
-  /// undefined. Keeps the uncovered voxels, 36 bytes each.
+  /// undefined. Keeps the uncovered voxels, 30 bytes each beside
+  /// their index's bricks.
   SurfaceMatcher(std::span<const StationModel* const> stations,
                  std::span<const std::vector<Eigen::Vector3f>* const> normals,
                  const std::function<bool(std::size_t, std::size_t)>& covered,

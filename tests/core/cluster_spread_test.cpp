@@ -4,9 +4,12 @@
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
+#include <cstring>
 #include <limits>
+#include <string>
 #include <vector>
 
+#include "core/archive.h"
 #include "core/error.h"
 #include "core/random.h"
 #include "core/rigid_transform.h"
@@ -132,6 +135,37 @@ TYPED_TEST(SpreadTest, RefusesWhatItCannotCount) {
   for (const double count : {0x1p32, -1.0, 0.5, std::numeric_limits<double>::quiet_NaN()}) {
     EXPECT_THROW(TypeParam({count, kMiddle, none}), InternalError) << count;
   }
+}
+
+TEST(VoxelSpread, TakesWhatVanishesWhenSquaredAsNothing) {
+  const Eigen::Matrix3d tiny = 1e-300 * Eigen::Matrix3d::Identity();
+  const VoxelSpread spread({3.0, kMiddle, tiny});
+  EXPECT_EQ(spread.About(kMiddle).scatter, Eigen::Matrix3d::Zero());
+  EXPECT_EQ(FromBytes<VoxelSpread>(ToBytes(spread)).count(), 3.0);
+  EXPECT_THROW(VoxelSpread({3.0, kMiddle, 1e300 * Eigen::Matrix3d::Identity()}), InternalError);
+}
+
+TEST(VoxelSpread, OfDamagedArchivesIsRefused) {
+  const VoxelSpread spread({3.0, kMiddle, Eigen::Matrix3d::Identity()});
+  std::string bytes = ToBytes(spread);
+  EXPECT_EQ(FromBytes<VoxelSpread>(bytes).About(kMiddle).scatter, Eigen::Matrix3d::Identity());
+  constexpr std::size_t kExponentAt = 6 * sizeof(std::int16_t);
+  for (const int value : {401, -401, 32767, -32768}) {
+    const auto exponent = static_cast<std::int16_t>(value);
+    std::memcpy(bytes.data() + kExponentAt, &exponent, sizeof(exponent));
+    EXPECT_THROW(FromBytes<VoxelSpread>(bytes), DamagedArchive) << exponent;
+  }
+}
+
+TEST(VoxelLeaves, OfDamagedArchivesAreRefused) {
+  VoxelLeaves leaves({.edge_m = 0.5});
+  leaves.Add(VoxelLattice::Pack({1, 2, 3}), {4.0, {0.7, 1.2, 1.6}, Eigen::Matrix3d::Identity()});
+  std::string bytes = ToBytes(leaves);
+  EXPECT_EQ(FromBytes<VoxelLeaves>(bytes).Mean(0), leaves.Mean(0));
+  constexpr std::size_t kSpreadBytes = 18;
+  bytes.resize(bytes.size() - kSpreadBytes);  // no spread, and their number says so
+  bytes[bytes.size() - sizeof(std::uint64_t)] = 0;
+  EXPECT_THROW(FromBytes<VoxelLeaves>(bytes), DamagedArchive);
 }
 
 TEST(VoxelLeaves, GiveBackWhatWasAddedAndMove) {

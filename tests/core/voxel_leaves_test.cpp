@@ -5,6 +5,7 @@
 #include <map>
 #include <utility>
 
+#include "core/error.h"
 #include "core/random.h"
 #include "core/voxel_grid.h"
 
@@ -34,6 +35,11 @@ TEST(VoxelLeaves, PartsMergeIntoAllByKey) {
     EXPECT_EQ(leaves.Count(i), expected.Count(i));
     EXPECT_EQ(leaves.Cluster(i).scatter, expected.Cluster(i).scatter);
   }
+}
+
+TEST(VoxelLeaves, OfTwoLatticesAreNotMerged) {
+  std::vector<VoxelLeaves> parts{VoxelLeaves({.edge_m = 0.1}), VoxelLeaves({.edge_m = 0.2})};
+  EXPECT_THROW(VoxelLeaves::Merge(std::move(parts)), InternalError);
 }
 
 TEST(VoxelLeaves, OfNoPartsAreNone) {

@@ -306,7 +306,7 @@ TEST(FindPlanes, VoxelLeavesAndThreadsChangeNothingButRounding) {
     leaves.emplace_back();
     for (const PointCluster& cluster : clusters) {
       leaves.back().Add(leaves.back().lattice().Key(cluster.mean), cluster);
-    };
+    }
   }
   const std::vector<ClusterList> lists(leaves.begin(), leaves.end());
   const ExecutionContext four(4);

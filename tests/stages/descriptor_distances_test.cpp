@@ -8,6 +8,7 @@
 #include <numeric>
 #include <span>
 
+#include "core/error.h"
 #include "core/random.h"
 #include "stages/descriptor_vectors.h"
 #include "stages/matching.h"
@@ -120,6 +121,56 @@ TEST(MatchDescriptors, EqualsBruteForceForEverySize) {
 TEST(MatchDescriptors, EqualsBruteForceForHistograms) {
   ExpectReferenceMatches(Histograms(1, 900, 10000), Histograms(2, 1100, 10000), 5);
   ExpectReferenceMatches(Histograms(3, 900, 50), Histograms(4, 1100, 70), 5);
+}
+
+/// Where bounds are as wide as they may be: in the first case the grid is coarse beside most
+/// distances, in the second much lies along the axes that it leaves out, in the third only one
+/// side's lengths fill it.
+TEST(MatchDescriptors, EqualsBruteForceWhereBoundsAreWide) {
+  const auto with_outlier = [](std::uint64_t seed, std::size_t count) {
+    std::vector<FpfhDescriptor> descriptors = FineDescriptors(seed, count);
+    for (FpfhDescriptor& d : descriptors) {
+      for (float& bin : d) bin /= 20.0F;
+    }
+    for (float& bin : descriptors[count / 2]) bin *= 5000.0F;
+    return descriptors;
+  };
+  ExpectReferenceMatches(with_outlier(1, 442), with_outlier(2, 1389), 8);
+
+  const auto far_away = [](std::uint64_t seed, std::size_t count) {
+    Random random(seed);
+    std::vector<FpfhDescriptor> descriptors(count);
+    for (FpfhDescriptor& d : descriptors) {
+      for (float& bin : d) bin = 1e6F + static_cast<float>(random.Index(3));
+    }
+    return descriptors;
+  };
+  ExpectReferenceMatches(far_away(3, 51), far_away(4, 1283), 1);
+  ExpectReferenceMatches(far_away(5, 1283), far_away(6, 51), 1);
+
+  std::vector<FpfhDescriptor> kinds = FineDescriptors(7, 5);
+  std::vector<FpfhDescriptor> of_kinds;
+  Random random(8);
+  for (int i = 0; i < 1448; ++i) {
+    of_kinds.push_back(kinds[random.Index(kinds.size())]);
+    for (float& bin : of_kinds.back())
+      bin = 0.5F * bin + static_cast<float>(1e-4 * random.Normal());
+  }
+  const auto histograms = Histograms(9, 540, 20);
+  ExpectReferenceMatches(of_kinds, histograms, 15);
+  ExpectReferenceMatches(histograms, of_kinds, 15);
+}
+
+TEST(FindNearestDescriptors, RefusesWhatIsNotFinite) {
+  std::vector<FpfhDescriptor> some = FineDescriptors(1, 50);
+  const std::vector<FpfhDescriptor> others = FineDescriptors(2, 40);
+  std::vector<DescriptorNeighbor> of_some(3 * 50), of_others(3 * 40);
+  for (const float bad :
+       {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
+    some[17][30] = bad;
+    EXPECT_THROW(FindNearestDescriptors(some, others, 3, of_some, of_others), InternalError);
+    EXPECT_THROW(FindNearestDescriptors(others, some, 3, of_others, of_some), InternalError);
+  }
 }
 
 TEST(FindNearestDescriptors, WithoutAnOtherSideNothingIsNear) {

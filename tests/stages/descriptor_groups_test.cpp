@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -193,6 +195,50 @@ TEST(DescriptorBoxes, RuleOutOnlyPanelsWithoutClose) {
       near_ones += near.size();
     }
     EXPECT_LT(near_ones, (panels - 16) * (view.size / (20 * kRowBlock)) * 9 / 10) << name;
+  });
+}
+
+TEST(DescriptorBoxes, KeepWhatIsJustCloseEnough) {
+  const Grid on(SomeDescriptors(8, 400));
+  const GridView view = on.grid.view();
+  const std::size_t panels = view.stride / kGridPadding;
+  DescriptorBoxes boxes(view);
+  const std::vector<std::int32_t> none(view.stride, 0);
+  boxes.SetLimits(none.data(), 0, panels);
+  ForEachInstructionSet([&](const std::string& name) {
+    for (std::size_t row = 0; row < view.size; row += kRowBlock) {
+      for (std::size_t j = row % 7; j < view.size; j += 7) {
+        const auto half_squared = static_cast<std::int32_t>(-Closeness(view, row, view, j));
+        std::vector<std::uint32_t> near(panels + kSeedClasses);
+        near.resize(boxes.FindNear(view, row, half_squared + 1, 0, panels, near.data()));
+        ASSERT_TRUE(std::binary_search(near.begin(), near.end(), j / kGridPadding))
+            << name << " " << row << " " << j;
+      }
+    }
+  });
+}
+
+TEST(FindSeeds, AreTheKthLargestOfTheClasses) {
+  const Grid on(SomeDescriptors(9, 300));
+  const GridView view = on.grid.view();
+  constexpr std::size_t kBegin = kGridPadding;
+  constexpr std::size_t kEnd = 8 * kGridPadding;
+  ForEachInstructionSet([&](const std::string& name) {
+    for (const std::size_t k : {1U, 3U, 8U}) {
+      for (std::size_t row = 0; row < 100; row += kRowBlock) {
+        std::array<std::int32_t, kRowBlock> kth{};
+        FindSeeds(view, row, view, kBegin, kEnd, k, kth);
+        for (std::size_t r = 0; r < kRowBlock; ++r) {
+          std::vector<std::int64_t> best(kSeedClasses, std::numeric_limits<std::int64_t>::min());
+          for (std::size_t j = kBegin; j < kEnd; ++j) {
+            best[j % kSeedClasses] =
+                std::max(best[j % kSeedClasses], Closeness(view, row + r, view, j));
+          }
+          std::sort(best.rbegin(), best.rend());
+          EXPECT_EQ(kth[r], best[k - 1]) << name << " " << row + r << " " << k;
+        }
+      }
+    }
   });
 }
 
