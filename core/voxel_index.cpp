@@ -128,6 +128,7 @@ class VoxelIndex::Search {
       : index_(index),
         points_(points),
         query_(query),
+        distance_(points, query),
         place_((query - index.lattice_.origin) / index.lattice_.edge_m),
         cell_(FloorOf(place_.x()), FloorOf(place_.y()), FloorOf(place_.z())) {
     best_ = {kNone, radius_m * radius_m, radius_m * radius_m};
@@ -165,7 +166,7 @@ class VoxelIndex::Search {
           const int last = std::min(cell_.x() + 1 - kEdge * bx, kEdge - 1);
           for (int x = std::max(cell_.x() - 1 - kEdge * bx, 0); x <= last; ++x) {
             index_.VisitBits(*brick, x, wanted, [&](std::uint32_t voxel, int bit) {
-              Offer(voxel, SquaredDistance(CellOf({bx, by, bz}, x, bit), voxel));
+              Offer(voxel, distance_.Squared(CellOf({bx, by, bz}, x, bit), voxel));
             });
           }
         }
@@ -181,10 +182,6 @@ class VoxelIndex::Search {
     });
   }
 
-  double SquaredDistance(const Eigen::Vector3i& cell, std::uint32_t voxel) const {
-    return VoxelIndex::SquaredDistance(query_, points_.InCell(cell, voxel));
-  }
-
   /// Without branches, which nobody could foretell.
   void Offer(std::uint32_t voxel, double squared_m2) {
     const bool tied = squared_m2 == best_.squared_m2 && voxel < best_.voxel;
@@ -198,6 +195,7 @@ class VoxelIndex::Search {
   const VoxelIndex& index_;
   const VoxelPoints& points_;
   Eigen::Vector3d query_;
+  VoxelPoints::DistanceFrom distance_;
   Eigen::Vector3d place_;  // of the query
   Eigen::Vector3i cell_;
   Neighbor best_;

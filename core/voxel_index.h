@@ -79,10 +79,6 @@ class VoxelIndex {
     const int cut = static_cast<int>(value);
     return cut > value ? cut - 1 : cut;
   }
-  static double SquaredDistance(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-    const Eigen::Vector3d d = a - b;
-    return d.x() * d.x() + d.y() * d.y() + d.z() * d.z();
-  }
   /// Calls `visit(voxel, bit)` for the wanted voxels of a brick's slice across x.
   template <class Visit>
   void VisitBits(const Brick& brick, int x, std::uint64_t wanted, const Visit& visit) const {
@@ -187,6 +183,7 @@ void VoxelIndex::VisitWithin(const VoxelPoints& points, const Eigen::Vector3d& q
   const Eigen::Vector3i first = cell(-reach);
   const Eigen::Vector3i last = cell(reach);
   const double squared_radius = radius_m * radius_m;
+  const VoxelPoints::DistanceFrom distance(points, query);
   for (int bx = first.x() >> 3; bx <= last.x() >> 3; ++bx) {
     for (int by = first.y() >> 3; by <= last.y() >> 3; ++by) {
       for (int bz = first.z() >> 3; bz <= last.z() >> 3; ++bz) {
@@ -197,8 +194,7 @@ void VoxelIndex::VisitWithin(const VoxelPoints& points, const Eigen::Vector3d& q
         const int x_last = std::min(last.x() - kEdge * bx, kEdge - 1);
         for (int x = std::max(first.x() - kEdge * bx, 0); x <= x_last; ++x) {
           VisitBits(*brick, x, wanted, [&](std::uint32_t voxel, int bit) {
-            const Eigen::Vector3d point = points.InCell(CellOf({bx, by, bz}, x, bit), voxel);
-            const double squared = SquaredDistance(query, point);
+            const double squared = distance.Squared(CellOf({bx, by, bz}, x, bit), voxel);
             if (squared < squared_radius) visit(voxel, squared);
           });
         }

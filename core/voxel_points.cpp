@@ -10,9 +10,9 @@ void VoxelPoints::Reserve(std::size_t voxels) {
 }
 
 void VoxelPoints::Add(std::uint64_t key, const Eigen::Vector3d& point) {
-  constexpr double kLast = 1.0 / kPlace - 1.0;
+  constexpr double kLast = kPlaces - 1.0;
   const Eigen::Vector3d corner = lattice_.Corner(VoxelLattice::Unpack(key));
-  const Eigen::Array3d steps = (point - corner).array() / (kPlace * lattice_.edge_m);
+  const Eigen::Array3d steps = (point - corner).array() * (kPlaces / lattice_.edge_m);
   const auto place = [&](int axis) {
     return static_cast<std::uint16_t>(std::clamp(steps[axis], 0.0, kLast));
   };

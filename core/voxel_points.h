@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <iterator>
@@ -34,17 +35,15 @@ class VoxelPoints {
   std::uint64_t Key(std::size_t i) const { return keys_[i]; }
   std::span<const std::uint64_t> keys() const { return keys_; }
   Eigen::Vector3d operator[](std::size_t i) const {
-    return InCell(VoxelLattice::Unpack(keys_[i]), i);
-  }
-  /// The same where the point's cell is known.
-  Eigen::Vector3d InCell(const Eigen::Vector3i& cell, std::size_t i) const {
+    const Eigen::Vector3i cell = VoxelLattice::Unpack(keys_[i]);
     const Places& places = places_[i];
     const auto along = [&](int axis) {
-      const double in_cell = (places[static_cast<std::size_t>(axis)] + 0.5) * kPlace;
+      const double in_cell = (places[static_cast<std::size_t>(axis)] + 0.5) / kPlaces;
       return lattice_.origin[axis] + lattice_.edge_m * (cell[axis] + in_cell);
     };
     return {along(0), along(1), along(2)};
   }
+  class DistanceFrom;
 
   class Iterator;
   Iterator begin() const;
@@ -61,11 +60,42 @@ class VoxelPoints {
  private:
   friend class VoxelLeaves;  // which merges columns
   using Places = std::array<std::uint16_t, 3>;
-  static constexpr double kPlace = 0x1p-16;  // edges
+  static constexpr int kPlaces = 1 << 16;  // along an edge
 
   VoxelLattice lattice_;
   std::vector<std::uint64_t> keys_;
   std::vector<Places> places_;
+};
+
+/// Squared distances of points from a query, found without their positions.
+class VoxelPoints::DistanceFrom {
+ public:
+  /// `points` must outlive it; their lattice must contain the query.
+  DistanceFrom(const VoxelPoints& points, const Eigen::Vector3d& query)
+      : points_(points),
+        cell_(points.lattice_.Cell(query)),
+        place_((query - points.lattice_.Corner(cell_)) * (kPlaces / points.lattice_.edge_m) -
+               Eigen::Vector3d::Constant(0.5)),
+        place_m2_(std::pow(points.lattice_.edge_m / kPlaces, 2)) {}
+
+  /// In m^2, of point i, whose cell is `cell`.
+  double Squared(const Eigen::Vector3i& cell, std::size_t i) const {
+    const Places& places = points_.places_[i];
+    const auto along = [&](int axis) {
+      const auto cells = static_cast<std::int64_t>(cell[axis] - cell_[axis]);
+      const auto at = cells * kPlaces + places[static_cast<std::size_t>(axis)];
+      return static_cast<double>(at) - place_[axis];
+    };
+    const double x = along(0), y = along(1), z = along(2);
+    return (x * x + y * y + z * z) * place_m2_;
+  }
+
+ private:
+  const VoxelPoints& points_;
+  Eigen::Vector3i cell_;  // of the query
+  Eigen::Vector3d
+      place_;  // of the query from its cell's corner, from the middle of the first place
+  double place_m2_;
 };
 
 class VoxelPoints::Iterator {

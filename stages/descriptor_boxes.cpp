@@ -15,7 +15,12 @@ namespace backsight {
 namespace {
 
 constexpr std::size_t kCoordinates = 2 * kFirstPairs;  // the last one is the rest
-constexpr std::size_t kTogether = kSeedClasses;        // panels side by side
+constexpr std::size_t kTogether = kMostLanes;          // panels side by side
+
+/// Where the first coordinate of a panel is; the next is kTogether places further.
+constexpr std::size_t PlaceOfPanel(std::size_t panel) {
+  return panel / kTogether * kTogether * kCoordinates + panel % kTogether;
+}
 
 /// Of some descriptors the lowest and the highest along each coordinate.
 struct Box {
@@ -65,7 +70,7 @@ std::size_t Near(const Box& rows, std::int32_t row_limit, const BoxesView& boxes
   const hn::RebindToUnsigned<decltype(d)> u;
   std::size_t count = 0;
   for (std::size_t panel = begin; panel < end; panel += hn::Lanes(d)) {
-    const std::size_t first = panel / kTogether * kTogether * kCoordinates + panel % kTogether;
+    const std::size_t first = PlaceOfPanel(panel);
     auto squared = hn::Zero(d);
     for (std::size_t c = 0; c < kCoordinates; ++c) {
       const auto lowest = hn::LoadU(d, boxes.lowest + first + c * kTogether);
@@ -103,7 +108,7 @@ DescriptorBoxes::DescriptorBoxes(const GridView& columns) {
   limits_.resize(padded);
   for (std::size_t panel = 0; panel < panels; ++panel) {
     const Box box(columns, panel * kGridPadding, kGridPadding);
-    const std::size_t first = panel / kTogether * kTogether * kCoordinates + panel % kTogether;
+    const std::size_t first = PlaceOfPanel(panel);
     for (std::size_t c = 0; c < kCoordinates; ++c) {
       lowest_[first + c * kTogether] = box.lowest[c];
       highest_[first + c * kTogether] = box.highest[c];

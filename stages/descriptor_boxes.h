@@ -20,14 +20,14 @@ class DescriptorBoxes {
 
   /// Panels of [begin, end) that may hold a column close enough to a row of the block from `row`
   /// on, whose limits are at most `row_limit`, or by the panel's own limit; ascending, to `near`,
-  /// which has room for end - begin and kSeedClasses more. `begin` is a multiple of kSeedClasses.
+  /// which has room for end - begin and kMostLanes more. `begin` is a multiple of kMostLanes.
   /// Returns their number. The same on all instruction sets.
   std::size_t FindNear(const GridView& rows, std::size_t row, std::int32_t row_limit,
                        std::size_t begin, std::size_t end, std::uint32_t* near) const;
 
  private:
-  // Coordinate c of panel p at [(p / kSeedClasses * 2 kFirstPairs + c) * kSeedClasses +
-  // p % kSeedClasses].
+  // Coordinate c of panel p at [(p / kMostLanes * 2 kFirstPairs + c) * kMostLanes +
+  // p % kMostLanes].
   CacheLineVector<std::int32_t> lowest_, highest_;
   CacheLineVector<std::int32_t> limits_;  // of each panel
 };

@@ -151,7 +151,7 @@ class Comparison {
   }
 
  private:
-  static_assert(kMostPanels % kSeedClasses == 0);  // as FindNear() wants it
+  static_assert(kMostPanels % kMostLanes == 0);  // as FindNear() wants it
   void RunPanels(std::size_t begin, std::size_t end, Lists* of_rows, Lists* of_columns) {
     constexpr std::size_t kRowsWithSameLimits = 16 * kRowBlock;
     for (std::size_t row = 0; row < rows_.order().size(); row += kRowBlock) {
@@ -212,7 +212,7 @@ class Comparison {
   const DescriptorGroups& columns_;
   DescriptorBoxes boxes_;
   FirstAxes first_axes_;
-  std::array<std::uint32_t, kMostPanels + kSeedClasses> panels_{};
+  std::array<std::uint32_t, kMostPanels + kMostLanes> panels_{};
   std::vector<std::uint32_t> found_rows_, found_columns_;
   std::vector<std::uint32_t> original_rows_, original_columns_;  // before they were grouped
   std::vector<double> squared_;

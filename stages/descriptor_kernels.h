@@ -11,7 +11,8 @@ inline constexpr std::size_t kFirstPairs = 4;
 inline constexpr std::size_t kFirstAxes = 2 * kFirstPairs - 1;  // and the rest
 inline constexpr std::size_t kRowBlock = 4;  // rows that the kernels take together
 inline constexpr std::size_t kGridPadding = 32;
-inline constexpr std::size_t kSeedClasses = 16;
+inline constexpr std::size_t kMostLanes = 16;  // of the longest vector
+inline constexpr std::size_t kSeedClasses = kMostLanes;
 
 /// Where pair p of descriptor j is: descriptors lie in panels of kGridPadding.
 constexpr std::size_t PlaceOnGrid(std::size_t p, std::size_t j) {
@@ -19,9 +20,9 @@ constexpr std::size_t PlaceOnGrid(std::size_t p, std::size_t j) {
 }
 
 /// Descriptors on an integer grid (stages/descriptor_grid.h), axes in pairs of 16 bits each, as the
-/// kernels read them. The high half of pair kFirstPairs - 1 is no axis but the rest, at least the
-/// length of the coordinates along the axes of later pairs. The squared distance of two of them, in
-/// grid steps, is D = |a|^2 + |b|^2 - 2 a.b < 2^31.
+/// kernels read them. The high half of pair kFirstPairs - 1 is no axis but the rest, the residual
+/// norm: at least the length of the coordinates along the axes of later pairs. The squared distance
+/// of two of them, in grid steps, is D = |a|^2 + |b|^2 - 2 a.b < 2^31.
 struct GridView {
   const std::int32_t* pairs;         ///< pair p of descriptor j at pairs[PlaceOnGrid(p, j)]
   const std::int32_t* half_squares;  ///< |a|^2 / 2 without the rest, rounded down
@@ -52,7 +53,7 @@ struct GridLimits {
 /// Columns are in panels of kGridPadding, of which at most so many are looked at together. The
 /// kernels write whole vectors.
 inline constexpr std::size_t kMostPanels = 32;
-inline constexpr std::size_t kFoundRoom = kRowBlock * kMostPanels * kGridPadding + kSeedClasses;
+inline constexpr std::size_t kFoundRoom = kRowBlock * kMostPanels * kGridPadding + kMostLanes;
 
 /// Pairs that were found, room for kFoundRoom.
 struct GridPairs {

@@ -87,7 +87,7 @@ TEST(VoxelIndex, NearestEqualsTheSearchTree) {
       ASSERT_EQ(nearest.has_value(), expected[0].distance_m <= radius);
       if (!nearest) continue;
       EXPECT_EQ(nearest->voxel, expected[0].index);
-      EXPECT_DOUBLE_EQ(std::sqrt(nearest->squared_m2), expected[0].distance_m);
+      EXPECT_NEAR(std::sqrt(nearest->squared_m2), expected[0].distance_m, 1e-14);
       const double others_m = std::sqrt(nearest->others_squared_m2);
       constexpr double kRounding = 1e-9;
       EXPECT_LE(others_m, std::min(expected[1].distance_m, radius) + kRounding);
@@ -118,7 +118,7 @@ TEST(VoxelIndex, WithinEqualsTheSearchTree) {
     ASSERT_EQ(found.size(), expected.size());
     for (std::size_t k = 0; k < found.size(); ++k) {
       EXPECT_EQ(found[k].index, expected[k].index);
-      EXPECT_EQ(found[k].distance_m, expected[k].distance_m);
+      EXPECT_NEAR(found[k].distance_m, expected[k].distance_m, 1e-14);
     }
   }
 }

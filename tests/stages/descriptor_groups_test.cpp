@@ -185,7 +185,7 @@ TEST(DescriptorBoxes, RuleOutOnlyPanelsWithoutClose) {
     for (std::size_t row = 0; row < view.size; row += 20 * kRowBlock) {
       const auto row_limit =
           *std::max_element(limits.data() + row, limits.data() + row + kRowBlock);
-      std::vector<std::uint32_t> near(panels + kSeedClasses);
+      std::vector<std::uint32_t> near(panels + kMostLanes);
       near.resize(boxes.FindNear(view, row, row_limit, 16, panels, near.data()));
       EXPECT_TRUE(std::is_sorted(near.begin(), near.end())) << name;
       for (const std::uint32_t panel : PanelsWithClose(view, row, limits)) {
@@ -209,7 +209,7 @@ TEST(DescriptorBoxes, KeepWhatIsJustCloseEnough) {
     for (std::size_t row = 0; row < view.size; row += kRowBlock) {
       for (std::size_t j = row % 7; j < view.size; j += 7) {
         const auto half_squared = static_cast<std::int32_t>(-Closeness(view, row, view, j));
-        std::vector<std::uint32_t> near(panels + kSeedClasses);
+        std::vector<std::uint32_t> near(panels + kMostLanes);
         near.resize(boxes.FindNear(view, row, half_squared + 1, 0, panels, near.data()));
         ASSERT_TRUE(std::binary_search(near.begin(), near.end(), j / kGridPadding))
             << name << " " << row << " " << j;
