@@ -128,9 +128,9 @@ class VoxelIndex::Search {
       : index_(index),
         points_(points),
         query_(query),
-        distance_(points, query),
         place_((query - index.lattice_.origin) / index.lattice_.edge_m),
-        cell_(FloorOf(place_.x()), FloorOf(place_.y()), FloorOf(place_.z())) {
+        cell_(FloorOf(place_.x()), FloorOf(place_.y()), FloorOf(place_.z())),
+        distance_(points, cell_, place_ - cell_.cast<double>()) {
     best_ = {kNone, radius_m * radius_m, radius_m * radius_m};
   }
 
@@ -195,9 +195,9 @@ class VoxelIndex::Search {
   const VoxelIndex& index_;
   const VoxelPoints& points_;
   Eigen::Vector3d query_;
-  VoxelPoints::DistanceFrom distance_;
   Eigen::Vector3d place_;  // of the query
   Eigen::Vector3i cell_;
+  VoxelPoints::DistanceFrom distance_;
   Neighbor best_;
 };
 

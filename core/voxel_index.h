@@ -183,7 +183,8 @@ void VoxelIndex::VisitWithin(const VoxelPoints& points, const Eigen::Vector3d& q
   const Eigen::Vector3i first = cell(-reach);
   const Eigen::Vector3i last = cell(reach);
   const double squared_radius = radius_m * radius_m;
-  const VoxelPoints::DistanceFrom distance(points, query);
+  const Eigen::Vector3i own = cell(0.0);
+  const VoxelPoints::DistanceFrom distance(points, own, place - own.cast<double>());
   for (int bx = first.x() >> 3; bx <= last.x() >> 3; ++bx) {
     for (int by = first.y() >> 3; by <= last.y() >> 3; ++by) {
       for (int bz = first.z() >> 3; bz <= last.z() >> 3; ++bz) {

@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <iterator>
@@ -70,13 +69,13 @@ class VoxelPoints {
 /// Squared distances of points from a query, found without their positions.
 class VoxelPoints::DistanceFrom {
  public:
-  /// `points` must outlive it; their lattice must contain the query.
-  DistanceFrom(const VoxelPoints& points, const Eigen::Vector3d& query)
+  /// `points` must outlive it. The query lies in `cell`, at `in_cell` edges from its corner.
+  DistanceFrom(const VoxelPoints& points, const Eigen::Vector3i& cell,
+               const Eigen::Vector3d& in_cell)
       : points_(points),
-        cell_(points.lattice_.Cell(query)),
-        place_((query - points.lattice_.Corner(cell_)) * (kPlaces / points.lattice_.edge_m) -
-               Eigen::Vector3d::Constant(0.5)),
-        place_m2_(std::pow(points.lattice_.edge_m / kPlaces, 2)) {}
+        cell_(cell),
+        place_(in_cell * kPlaces - Eigen::Vector3d::Constant(0.5)),
+        place_m_(points.lattice_.edge_m / kPlaces) {}
 
   /// In m^2, of point i, whose cell is `cell`.
   double Squared(const Eigen::Vector3i& cell, std::size_t i) const {
@@ -87,7 +86,7 @@ class VoxelPoints::DistanceFrom {
       return static_cast<double>(at) - place_[axis];
     };
     const double x = along(0), y = along(1), z = along(2);
-    return (x * x + y * y + z * z) * place_m2_;
+    return (x * x + y * y + z * z) * (place_m_ * place_m_);
   }
 
  private:
@@ -95,7 +94,7 @@ class VoxelPoints::DistanceFrom {
   Eigen::Vector3i cell_;  // of the query
   Eigen::Vector3d
       place_;  // of the query from its cell's corner, from the middle of the first place
-  double place_m2_;
+  double place_m_;
 };
 
 class VoxelPoints::Iterator {

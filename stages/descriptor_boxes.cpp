@@ -27,24 +27,14 @@ struct Box {
   std::array<std::int32_t, kCoordinates> lowest, highest;
 
   Box(const GridView& grid, std::size_t begin, std::size_t count) {
-    for (std::size_t p = 0; p < kFirstPairs; ++p) {
-      const std::int32_t* pairs = grid.pairs + PlaceOnGrid(p, begin);
-      Bound(2 * p, static_cast<std::int16_t>(pairs[0]), pairs[0] >> 16);
+    for (std::size_t c = 0; c < kCoordinates; ++c) {
+      lowest[c] = highest[c] = CoordinateOf(grid, c, begin);
       for (std::size_t i = 1; i < count; ++i) {
-        Extend(2 * p, static_cast<std::int16_t>(pairs[i]));
-        Extend(2 * p + 1, pairs[i] >> 16);
+        const std::int32_t value = CoordinateOf(grid, c, begin + i);
+        lowest[c] = std::min(lowest[c], value);
+        highest[c] = std::max(highest[c], value);
       }
     }
-  }
-
- private:
-  void Bound(std::size_t c, std::int32_t low_half, std::int32_t high_half) {
-    lowest[c] = highest[c] = low_half;
-    lowest[c + 1] = highest[c + 1] = high_half;
-  }
-  void Extend(std::size_t c, std::int32_t value) {
-    lowest[c] = std::min(lowest[c], value);
-    highest[c] = std::max(highest[c], value);
   }
 };
 

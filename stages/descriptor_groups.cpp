@@ -36,11 +36,6 @@ std::vector<std::uint32_t> SortedPlaces(const std::vector<std::uint32_t>& number
   return places;
 }
 
-std::int32_t Coordinate(const GridView& grid, std::size_t axis, std::size_t place) {
-  const std::int32_t pair = grid.pairs[PlaceOnGrid(axis / 2, place)];
-  return axis % 2 == 0 ? static_cast<std::int16_t>(pair) : pair >> 16;
-}
-
 /// Of the axes that the first pairs hold whole, the one along which these places differ most.
 std::size_t WidestAxis(const GridView& grid, std::span<const std::uint32_t> places) {
   std::size_t widest = 0;
@@ -49,7 +44,7 @@ std::size_t WidestAxis(const GridView& grid, std::span<const std::uint32_t> plac
     double sum = 0.0;
     double squares = 0.0;
     for (const std::uint32_t place : places) {
-      const double x = Coordinate(grid, axis, place);
+      const double x = CoordinateOf(grid, axis, place);
       sum += x;
       squares += x * x;
     }
@@ -66,7 +61,7 @@ void SortAlike(const GridView& grid, std::span<std::uint32_t> places) {
   const std::size_t half = places.size() / 2;
   std::nth_element(places.begin(), places.begin() + static_cast<std::ptrdiff_t>(half), places.end(),
                    [&](std::uint32_t a, std::uint32_t b) {
-                     return Coordinate(grid, axis, a) < Coordinate(grid, axis, b);
+                     return CoordinateOf(grid, axis, a) < CoordinateOf(grid, axis, b);
                    });
   SortAlike(grid, places.first(half));
   SortAlike(grid, places.subspan(half));

@@ -30,6 +30,13 @@ struct GridView {
   std::size_t stride;  ///< a multiple of kGridPadding, no less than `size`; zeros beyond the last
 };
 
+/// One half of a pair: coordinate c is the low half of pair c / 2 where c is even, else the high
+/// one.
+inline std::int32_t CoordinateOf(const GridView& grid, std::size_t c, std::size_t j) {
+  const std::int32_t pair = grid.pairs[PlaceOnGrid(c / 2, j)];
+  return c % 2 == 0 ? static_cast<std::int16_t>(pair) : pair >> 16;
+}
+
 /// For each of kRowBlock rows from `row` on the k-th largest, k <= kSeedClasses, of what the
 /// columns of each class, j modulo kSeedClasses, have as their largest -h, D / 2 - 1 <= h <= D / 2:
 /// k columns of [begin, end), multiples of kGridPadding no more than `size`, are no farther. The
