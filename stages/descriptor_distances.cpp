@@ -85,13 +85,14 @@ class Lists {
     }
   }
 
-  /// `others` by their numbers before they were grouped.
+  /// `others` by their numbers before they were grouped. The limits stay.
   void Offer(std::span<const std::uint32_t> own, std::span<const double> squared,
              std::span<const std::uint32_t> others) {
     nearest_.Offer(own, squared, others);
-    for (const std::uint32_t n : own) {
-      limits_[n] = std::min(limits_[n], rounding_.HalfLimit(nearest_.Squared(n, k_ - 1)));
-    }
+  }
+  /// The limit of a list by the farthest that it holds.
+  void Tighten(std::size_t n) {
+    limits_[n] = std::min(limits_[n], rounding_.HalfLimit(nearest_.Squared(n, k_ - 1)));
   }
 
   /// The lists by their descriptors' numbers before they were grouped.
@@ -164,7 +165,12 @@ class Comparison {
                            worth_it),
                     limits, worth_it, {found_rows_.data(), found_columns_.data()});
       if (worth_it) first_axes_.Count((end - begin) * kGridPadding, found.columns);
-      if (found.pairs > 0) Offer(DropPadding(found.pairs), of_rows, of_columns);
+      if (found.pairs == 0) continue;
+      const std::size_t count = DropPadding(found.pairs);
+      Offer(count, of_rows, of_columns);
+      const std::size_t rows = std::min(kRowBlock, rows_.order().size() - row);
+      for (std::size_t r = 0; r < rows; ++r) of_rows->Tighten(row + r);
+      for (std::size_t n = 0; n < count; ++n) of_columns->Tighten(found_columns_[n]);
     }
   }
 

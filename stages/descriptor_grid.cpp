@@ -31,8 +31,9 @@ std::int32_t Pack(int low, int high) {
                                    (static_cast<std::uint32_t>(low) & 0xFFFFU));
 }
 
-using AxisSteps = Eigen::Array<int, static_cast<int>(kDescriptorAxes), 1>;
-using AxisPlaces = Eigen::Array<double, static_cast<int>(kDescriptorAxes), 1>;
+/// Along the axes, and a zero, so that whole vectors are read.
+using AxisSteps = Eigen::Array<int, static_cast<int>(kFrameStride), 1>;
+using AxisPlaces = Eigen::Array<double, static_cast<int>(kFrameStride), 1>;
 
 /// Half steps go up. Conversions cut towards zero, so what is cut must be positive.
 AxisSteps Nearest(const AxisPlaces& places) {
@@ -92,10 +93,12 @@ DescriptorGrid::DescriptorGrid(std::span<const FpfhDescriptor> descriptors,
 double DescriptorGrid::Place(std::size_t at, const double* turned, double steps_per_unit) {
   const AxisPlaces places = Eigen::Map<const AxisPlaces>(turned) * steps_per_unit;
   const AxisSteps steps = Nearest(places);
+  const AxisPlaces rounded = steps.cast<double>();
   constexpr int kFirst = static_cast<int>(kFirstAxes);
   constexpr int kLater = static_cast<int>(kDescriptorAxes) - kFirst;
-  const int rest2 = steps.tail<kLater>().matrix().squaredNorm();
-  half_squares_[at] = (steps.head<kFirst>().matrix().squaredNorm() + rest2) / 2;
+  const int squared = steps.matrix().squaredNorm();
+  const int rest2 = squared - steps.head<kFirst>().matrix().squaredNorm();
+  half_squares_[at] = squared / 2;
 
   std::int32_t* pair = pairs_.data() + PlaceOnGrid(0, at);
   int axis = 0;
@@ -106,7 +109,7 @@ double DescriptorGrid::Place(std::size_t at, const double* turned, double steps_
   for (axis += 1; axis < kFirst + kLater; axis += 2) {
     *(pair += kGridPadding) = Pack(steps[axis], steps[axis + 1]);
   }
-  return (places - steps.cast<double>()).matrix().squaredNorm();
+  return (places - rounded).matrix().squaredNorm();
 }
 
 DescriptorGrid DescriptorGrid::Chosen(std::span<const std::uint32_t> places) const {

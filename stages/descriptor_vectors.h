@@ -12,11 +12,11 @@ inline constexpr std::size_t kFrameStride = 32;
 /// An origin and orthonormal axes.
 struct DescriptorFrame {
   const double* origin;  ///< kDescriptorBins
-  const double* basis;   ///< bin b's part along axis a at basis[b * kFrameStride + a]
+  const double* basis;   ///< bin b's part along axis a at basis[b * kFrameStride + a]; zeros beyond
 };
 
 /// Coordinates of `count` descriptors, kDescriptorBins floats each, in the frame: axis a of
-/// descriptor i at turned[i * kFrameStride + a]. The same on all instruction sets. `turned` has
+/// descriptor i at turned[i * kFrameStride + a], zeros beyond the axes. The same on all instruction sets. `turned` has
 /// room for a multiple of kTurnedTogether descriptors.
 void TurnDescriptors(const float* descriptors, std::size_t count, const DescriptorFrame& frame,
                      double* turned);
