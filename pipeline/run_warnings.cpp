@@ -16,6 +16,14 @@
 namespace backsight {
 namespace {
 
+/// The first ten, and whether there are others.
+std::string FirstOf(const std::vector<std::string>& names) {
+  constexpr std::size_t kNamed = 10;
+  const auto end = names.begin() + static_cast<std::ptrdiff_t>(std::min(kNamed, names.size()));
+  return fmt::format("{}{}", fmt::join(names.begin(), end, ", "),
+                     names.size() > kNamed ? " and others" : "");
+}
+
 void AddPoseWarnings(RunRecord* run) {
   for (const PoseRecord& pose : run->poses) {
     if (pose.status != StationStatus::kRegistered) {
@@ -48,11 +56,25 @@ void AddLinkWarnings(RunRecord* run) {
                       link.target));
     }
     if (link.status == LinkStatus::kAccepted && link.fine_status != "refined" &&
-        link.fine_status != "refined_on_surfaces") {
+        link.fine_status != "refined_on_surfaces" && link.fine_status != "weak") {
       run->warnings.push_back(fmt::format("link {} - {}: fine registration ended as {}",
                                           link.source, link.target, link.fine_status));
     }
   }
+}
+
+/// Accepted links that leave one direction to the rest of the network.
+void AddWeakLinkWarning(RunRecord* run) {
+  std::vector<std::string> weak;
+  for (const LinkRecord& link : run->links) {
+    if (link.status != LinkStatus::kAccepted || link.fine_status != "weak") continue;
+    weak.push_back(link.source + " - " + link.target);
+  }
+  if (weak.empty()) return;
+  run->warnings.push_back(fmt::format(
+      "{} accepted link(s) do not know one direction to 5 mm by themselves, as along a street or a "
+      "tunnel: {}; see the weakest sigma of the links, and what the stations' sigmas make of it",
+      weak.size(), FirstOf(weak)));
 }
 
 /// Accepted links that no figure and no picture of distances speaks of.
@@ -70,14 +92,11 @@ void AddDistanceWarnings(RunRecord* run) {
     silent.push_back(link.source + " - " + link.target);
   }
   if (silent.empty()) return;
-  constexpr std::size_t kNamed = 10;
-  const auto end = silent.begin() + static_cast<std::ptrdiff_t>(std::min(kNamed, silent.size()));
   run->warnings.push_back(fmt::format(
       "{} accepted link(s) join stations of which no surfaces were compared, so that the distances "
-      "say nothing of them (no planes in common, or none near each other): {}{}; look at both in "
-      "the cross sections",
-      silent.size(), fmt::join(silent.begin(), end, ", "),
-      silent.size() > kNamed ? " and others" : ""));
+      "say nothing of them (no planes in common, or none near each other): {}; look at both in the "
+      "cross sections",
+      silent.size(), FirstOf(silent)));
 }
 
 /// Stations whose pairs showed that their scanners stood elsewhere than their scans say.
@@ -168,6 +187,7 @@ void AddWarnings(const SurveyProject& project, const std::vector<Station>& stati
   AddPoseWarnings(run);
   AddScannerWarnings(stations, run);
   AddLinkWarnings(run);
+  AddWeakLinkWarning(run);
   AddDistanceWarnings(run);
   AddPairWarnings(stations, discovery, run);
   AddRefinementWarnings(run);

@@ -18,10 +18,10 @@ struct ClusterRefinement {
   double spread_m = 0.0;                             ///< their rms distance from it
 };
 
-/// Generalised ICP on voxel means (Segal et al. 2009, doi 10.15607/RSS.2009.V.021) where planes do
-/// not determine the motion: minimises the squared distances of nearest voxels, weighted by the
-/// covariances of their own points, which are drawn to a filled voxel where those are few, plus 0.5
-/// r^T prior r, r = LocalDifference(T, start). Every voxel pairs, whatever its normal; Cauchy
+/// Generalised ICP on voxel means (Segal et al. 2009, doi 10.15607/RSS.2009.V.021) where planes are
+/// too few: minimises the squared distances of nearest voxels, weighted by the covariances of their
+/// own points, which are drawn to a filled voxel where those are few, plus 0.5 r^T prior r,
+/// r = LocalDifference(T, start). Every voxel pairs, whatever its normal; Cauchy
 /// weights take wrong pairs out. Up to 40,000 voxels of the source, evenly chosen, take part. The
 /// start is returned, with zero information, where fewer than 100 match. `target_index` is the
 /// target's.

@@ -16,8 +16,8 @@ struct DescriptorFrame {
 };
 
 /// Coordinates of `count` descriptors, kDescriptorBins floats each, in the frame: axis a of
-/// descriptor i at turned[i * kFrameStride + a], zeros beyond the axes. The same on all instruction sets. `turned` has
-/// room for a multiple of kTurnedTogether descriptors.
+/// descriptor i at turned[i * kFrameStride + a], zeros beyond the axes. The same on all instruction
+/// sets. `turned` has room for a multiple of kTurnedTogether descriptors.
 void TurnDescriptors(const float* descriptors, std::size_t count, const DescriptorFrame& frame,
                      double* turned);
 inline constexpr std::size_t kTurnedTogether = 4;

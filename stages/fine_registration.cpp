@@ -69,21 +69,6 @@ void JudgeDegeneracy(const Matrix6d& information, const Footprint& footprint, Fi
       std::max(solver.eigenvalues()[0], 0.0) / std::max(solver.eigenvalues()[5], 1e-12);
 }
 
-/// `more`, but only in the directions that `information` leaves weak: elsewhere both stand on the
-/// same surfaces, and counting them twice would be too bold.
-Matrix6d InWeakDirections(const Matrix6d& information, const Matrix6d& more,
-                          const Footprint& footprint) {
-  const Matrix6d about = Balance(footprint);
-  const Matrix6d back = about.inverse();
-  const Eigen::SelfAdjointEigenSolver<Matrix6d> solver(about.transpose() * information * about);
-  Matrix6d weak = Matrix6d::Zero();
-  for (int d = 0; d < 6; ++d) {
-    const Vector6d axis = solver.eigenvectors().col(d);
-    if (solver.eigenvalues()[d] * kWeakSigma * kWeakSigma < 1.0) weak += axis * axis.transpose();
-  }
-  return back.transpose() * weak * about.transpose() * more * about * weak * back;
-}
-
 /// Whether the motion stays within what the coarse result can be wrong.
 bool IsNear(const RigidTransform& refined, const RigidTransform& coarse, double resolution_m) {
   constexpr double kLargestTurn = 0.175;
@@ -105,29 +90,20 @@ RigidTransform RefineBesidePlanes(const FineInput& input, const PlaneRounds& rou
       input.target, input.target_index, rounds.poses[1], rounds.information, normal_sigma_m);
 }
 
-/// Lets pairs of voxels, each with its own covariance, determine what planes leave open.
-void RefineWhereWeak(const FineInput& input, const PlaneRounds& rounds, FineResult* result) {
-  const RigidTransform start = rounds.enough ? rounds.poses[1] : input.target_from_source;
-  const Matrix6d prior = rounds.enough ? rounds.information : input.information;
-  const ClusterRefinement surfaces =
-      RefineOnClusters(input.source, input.target, input.target_index, start, prior);
-  if (surfaces.information.isZero()) return;
-  if (!IsNear(surfaces.target_from_source, input.target_from_source,
+/// Lets pairs of voxels, each with its own covariance, stand in for planes.
+void RefineWithoutPlanes(const FineInput& input, FineResult* result) {
+  const ClusterRefinement voxels = RefineOnClusters(input.source, input.target, input.target_index,
+                                                    input.target_from_source, input.information);
+  if (voxels.information.isZero()) return;
+  if (!IsNear(voxels.target_from_source, input.target_from_source,
               input.target.model.resolution_m())) {
     result->status = FineResult::Status::kDiverged;
-    result->target_from_source = input.target_from_source;
-    result->information = input.information;
     return;
   }
-  const Footprint footprint = rounds.enough
-                                  ? FootprintOf(rounds.planes, surfaces.target_from_source)
-                                  : Footprint{surfaces.center, std::max(surfaces.spread_m, 0.1)};
-  const Matrix6d known = prior - input.information;  // without the coarse result
-  const Matrix6d added = InWeakDirections(known, surfaces.information, footprint);
-  result->target_from_source = surfaces.target_from_source;
-  result->information = prior + added;
-  result->surface_matches = surfaces.matches;
-  JudgeDegeneracy(known + added, footprint, result);
+  result->target_from_source = voxels.target_from_source;
+  result->information = input.information + voxels.information;
+  result->surface_matches = voxels.matches;
+  JudgeDegeneracy(voxels.information, {voxels.center, std::max(voxels.spread_m, 0.1)}, result);
   result->status = result->weakest_sigma_m <= kWeakSigma ? FineResult::Status::kRefinedOnSurfaces
                                                          : FineResult::Status::kWeak;
 }
@@ -165,7 +141,7 @@ FineResult RefinePair(const FineInput& input, const FineOptions& options,
   result.information = input.information;
   const PlaneRounds rounds = AdjustOnPlanes(input, options, context, &result);
   if (!rounds.enough) {
-    if (options.surfaces) RefineWhereWeak(input, rounds, &result);
+    if (options.surfaces) RefineWithoutPlanes(input, &result);
     return result;
   }
   result.rms_m = Rms(rounds.planes, rounds.poses);
@@ -180,11 +156,8 @@ FineResult RefinePair(const FineInput& input, const FineOptions& options,
   result.information = rounds.information;
   JudgeDegeneracy(rounds.information - input.information, FootprintOf(rounds.planes, refined),
                   &result);
-  result.status = FineResult::Status::kRefined;
-  if (result.weakest_sigma_m > kWeakSigma) {
-    result.status = FineResult::Status::kWeak;
-    if (options.surfaces) RefineWhereWeak(input, rounds, &result);
-  }
+  result.status = result.weakest_sigma_m <= kWeakSigma ? FineResult::Status::kRefined
+                                                       : FineResult::Status::kWeak;
   return result;
 }
 

@@ -30,8 +30,8 @@ void VisitOptions(OptionVisitor& visitor, FineOptions& options);
 struct FineResult {
   enum class Status {
     kRefined,            ///< planes determine all six degrees of freedom
-    kRefinedOnSurfaces,  ///< planes do not; pairs of surface voxels do
-    kWeak,               ///< refined; the weakest direction is held by the coarse result
+    kRefinedOnSurfaces,  ///< planes are too few; pairs of voxels determine them
+    kWeak,               ///< refined, but one direction to no better than 5 mm
     kTooFewPlanes,       ///< neither planes nor surfaces suffice: coarse transform returned
     kDiverged,           ///< left the coarse result by more than it can be wrong: coarse returned
   };
@@ -43,7 +43,7 @@ struct FineResult {
   double weakest_sigma_m = 0.0;  ///< of the least determined direction, balanced units
   Vector6d weakest_direction = Vector6d::Zero();  ///< unit, rotation scaled by the lever arm
   double eigenvalue_ratio = 0.0;  ///< smallest to largest, of the balanced information
-  int surface_matches = 0;        ///< pairs of voxels, where planes did not suffice
+  int surface_matches = 0;        ///< pairs of voxels, where planes were too few
   int iterations = 0;
   int anderson_accepted = 0;
 };
@@ -71,8 +71,8 @@ PlaneTree MakePlaneTree(const Surface& target, const FineOptions& options);
 
 /// Planar adjustment of one pair (paper section III-E on voxel clusters): finds planes seen by both
 /// stations, adjusts, associates anew, and lets all surfaces take part at last. Where planes are
-/// few or leave a direction open, pairs of voxels determine it. Instrument frames. Never NaN: where
-/// neither suffices the coarse transform stands and the status says so.
+/// too few, pairs of voxels determine the motion. Instrument frames. Never NaN: where neither
+/// suffices the coarse transform stands and the status says so.
 FineResult RefinePair(const FineInput& input, const FineOptions& options,
                       const ExecutionContext& context);
 

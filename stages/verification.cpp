@@ -83,12 +83,12 @@ bool CloudsSpeakFor(const VerificationInput& input, const VerificationOptions& o
          result.worst_conflict() < allowed * options.sure_conflict;
 }
 
-/// Whether only the pattern of the beams may hold what planes leave open: from one place they fall
-/// on any surface alike, in rings on the ground, and the means of voxels follow them.
+/// Whether the pattern of the beams may hold a direction that nothing else does: from one place
+/// they fall on any surface alike, in rings on the ground, and the means of voxels follow them.
 bool IsHeldByBeams(const VerificationInput& input, const VerificationResult& result) {
   constexpr double kOnePlace = 10.0;  // l
-  return input.fine.status == FineResult::Status::kRefinedOnSurfaces &&
-         input.source.scanner_credible && input.target.scanner_credible &&
+  return input.fine.status != FineResult::Status::kRefined && input.source.scanner_credible &&
+         input.target.scanner_credible &&
          result.apart_m < kOnePlace * input.target.model.resolution_m();
 }
 
@@ -106,11 +106,14 @@ Reason FindFault(const VerificationInput& input, const VerificationOptions& opti
       input.consensus && !IsSignificant(*input.consensus, input.consensus_null, options);
   if (could_be_chance && !CloudsSpeakFor(input, options, result)) return Reason::kNotSignificant;
   // What the network predicts fits the network whatever the clouds say; where they leave a
-  // direction open it only repeats the prediction.
+  // direction open, or all, it only repeats the prediction.
   if (!input.consensus && result.quality.value < options.min_quality) {
     return Reason::kNotSignificant;
   }
-  if (!input.consensus && IsUndetermined(input, result)) return Reason::kUndetermined;
+  const bool unrefined = input.fine.status == FineResult::Status::kTooFewPlanes;
+  if (!input.consensus && (unrefined || IsUndetermined(input, result))) {
+    return Reason::kUndetermined;
+  }
   if (result.overlap < options.min_overlap) return Reason::kLowOverlap;
   if (input.level_sigma_rad) {
     const double limit = LargestTilt(*input.level_sigma_rad);

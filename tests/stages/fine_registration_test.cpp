@@ -20,8 +20,8 @@ Matrix6d CoarseInformation() {
 }
 
 struct PairOfScans {
-  explicit PairOfScans(std::uint64_t seed)
-      : scene(seed, {}),
+  explicit PairOfScans(std::uint64_t seed, const HallOptions& hall = {})
+      : scene(seed, hall),
         target(scene, {-5.0, -2.5, 1.6}, 10 * seed),
         source(scene, {2.0, 2.0, 1.7}, 10 * seed + 1),
         truth(target.world_from_station.Inverse() * source.world_from_station) {}
@@ -90,6 +90,22 @@ TEST(FineRegistration, RefinesOnSurfacesWherePlanesAreFew) {
   }
   EXPECT_LT(nees, 6.0) << "too bold";
   EXPECT_GT(nees, 0.02) << "too timid";
+}
+
+/// A tunnel whose ends no scanner sees: what lies in the voxels of its walls is the same wherever
+/// along it the scanners stood, and nothing may claim to know it.
+TEST(FineRegistration, LeavesTheWayAlongATunnelOpen) {
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    const PairOfScans pair(seed, {.boxes = 0, .size_m = {2000.0, 11.0, 5.0}});
+    const FineResult result = pair.Refine(Disturbed(seed, pair.truth), {});
+    EXPECT_GT(result.planes, 500);
+    EXPECT_NE(result.status, FineResult::Status::kRefined);
+    EXPECT_NE(result.status, FineResult::Status::kRefinedOnSurfaces);
+    if (result.status != FineResult::Status::kWeak) continue;
+    EXPECT_GT(result.weakest_sigma_m, 0.03);
+    const Eigen::Vector3d along = result.weakest_direction.tail<3>();
+    EXPECT_GT(std::abs((pair.target.world_from_station.rotation * along).x()), 0.99);
+  }
 }
 
 TEST(FineRegistration, ReturnsTheStartWhereNothingMatches) {

@@ -179,6 +179,19 @@ TEST_F(Verification, RejectsPredictionsThatLeaveADirectionOpen) {
   EXPECT_EQ(JudgeLevelled(*second_, *first_, Truth(), 40, kOpen, {}).verdict, Verdict::kDoubtful);
 }
 
+TEST_F(Verification, RejectsPredictionsThatNothingRefined) {
+  const auto judge = [](std::optional<int> consensus, FineResult::Status status) {
+    return Judge(*second_, *first_, Truth(), consensus, {}, status);
+  };
+  using Status = FineResult::Status;
+  const VerificationResult unrefined = judge(std::nullopt, Status::kTooFewPlanes);
+  EXPECT_EQ(unrefined.verdict, Verdict::kRejected) << "it only repeats the prediction";
+  EXPECT_EQ(unrefined.reason, VerificationResult::Reason::kUndetermined);
+  EXPECT_EQ(judge(std::nullopt, Status::kRefined).verdict, Verdict::kAccepted);
+  EXPECT_EQ(judge(40, Status::kTooFewPlanes).verdict, Verdict::kAccepted)
+      << "its key points found it";
+}
+
 TEST_F(Verification, DoubtsWhatOnlyThePatternOfTheBeamsHolds) {
   const HallStation beside_first(*scene_, {-6.3, -2.6, 1.6}, 13);
   const RigidTransform beside =
@@ -192,6 +205,8 @@ TEST_F(Verification, DoubtsWhatOnlyThePatternOfTheBeamsHolds) {
   EXPECT_EQ(held.verdict, Verdict::kDoubtful);
   EXPECT_EQ(held.reason, VerificationResult::Reason::kUndetermined);
   EXPECT_NEAR(held.apart_m, 0.5, 1e-6);
+  EXPECT_EQ(judge(beside_first, beside, Status::kWeak).verdict, Verdict::kDoubtful)
+      << "planes' own noise follows the beams, too";
   EXPECT_EQ(judge(beside_first, beside, Status::kRefined).verdict, Verdict::kAccepted)
       << "planes hold it";
   EXPECT_EQ(judge(*second_, Truth(), Status::kRefinedOnSurfaces).verdict, Verdict::kAccepted)
