@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "stages/cluster_refinement.h"
+#include "stages/open_translations.h"
 #include "stages/plane_rounds.h"
 #include "stages/surface_choice.h"
 #include "stages/surface_refinement.h"
@@ -34,12 +35,8 @@ struct Footprint {
 
 Footprint FootprintOf(std::span<const WeightedPlane> planes,
                       const RigidTransform& target_from_source) {
-  Footprint footprint;
+  Footprint footprint{.center = CenterOf(planes, target_from_source)};
   const auto count = static_cast<double>(planes.size());
-  for (const WeightedPlane& plane : planes) {
-    footprint.center += plane.observations.back().cluster.mean / count;
-  }
-  footprint.center = target_from_source * footprint.center;
   double squared = 0.0;
   for (const WeightedPlane& plane : planes) {
     const Eigen::Vector3d mean = target_from_source * plane.observations.back().cluster.mean;
@@ -59,11 +56,13 @@ Matrix6d Balance(const Footprint& footprint) {
 }
 
 constexpr double kWeakSigma = 0.005;  // m: what a project can bear
+constexpr double kOpenSigma = 100.0;  // m: of what nothing holds
 
 void JudgeDegeneracy(const Matrix6d& information, const Footprint& footprint, FineResult* result) {
   const Matrix6d about = Balance(footprint);
   const Eigen::SelfAdjointEigenSolver<Matrix6d> solver(about.transpose() * information * about);
-  result->weakest_sigma_m = 1.0 / std::sqrt(std::max(solver.eigenvalues()[0], 1e-12));
+  result->weakest_sigma_m =
+      std::min(1.0 / std::sqrt(std::max(solver.eigenvalues()[0], 1e-12)), kOpenSigma);
   result->weakest_direction = solver.eigenvectors().col(0);
   result->eigenvalue_ratio =
       std::max(solver.eigenvalues()[0], 0.0) / std::max(solver.eigenvalues()[5], 1e-12);
@@ -77,7 +76,8 @@ bool IsNear(const RigidTransform& refined, const RigidTransform& coarse, double 
          RotationAngle(refined.rotation, coarse.rotation) <= kLargestTurn;
 }
 
-/// Lets surfaces that no plane covers have their say beside the planes.
+/// Lets surfaces that no plane covers have their say beside the planes, but of what these leave
+/// open: normals have errors, too.
 RigidTransform RefineBesidePlanes(const FineInput& input, const PlaneRounds& rounds,
                                   double planes_rms_m) {
   const double normal_sigma_m = std::max(0.5 * planes_rms_m, 0.001);
@@ -85,9 +85,12 @@ RigidTransform RefineBesidePlanes(const FineInput& input, const PlaneRounds& rou
   if (input.source_surfaces == nullptr) {
     of_this_pair = ChooseSurfaces(input.source.normals, kRefinedSurfaces);
   }
-  return RefineOnSurfaces(
+  const RigidTransform& start = rounds.poses[1];
+  const RigidTransform refined = RefineOnSurfaces(
       input.source, input.source_surfaces != nullptr ? *input.source_surfaces : of_this_pair,
-      input.target, input.target_index, rounds.poses[1], rounds.information, normal_sigma_m);
+      input.target, input.target_index, start, rounds.information, normal_sigma_m);
+  return HoldTranslations(rounds.open, CenterOf(rounds.planes, start), start, rounds.information,
+                          refined);
 }
 
 /// Lets pairs of voxels, each with its own covariance, stand in for planes.

@@ -40,7 +40,7 @@ struct FineResult {
   Matrix6d information = Matrix6d::Zero();  ///< Retract's convention
   int planes = 0;
   double rms_m = 0.0;            ///< point to plane, over all adjusted planes; 0 without
-  double weakest_sigma_m = 0.0;  ///< of the least determined direction, balanced units
+  double weakest_sigma_m = 0.0;  ///< of the least determined direction, balanced; 100 m at most
   Vector6d weakest_direction = Vector6d::Zero();  ///< unit, rotation scaled by the lever arm
   double eigenvalue_ratio = 0.0;  ///< smallest to largest, of the balanced information
   int surface_matches = 0;        ///< pairs of voxels, where planes were too few

@@ -1,5 +1,6 @@
 #include "stages/plane_rounds.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <optional>
 #include <utility>
@@ -7,6 +8,7 @@
 #include "graph/pair_planes.h"
 #include "graph/planar_adjustment.h"
 #include "stages/dominant_frame.h"
+#include "stages/open_translations.h"
 #include "stages/plane_weights.h"
 
 namespace backsight {
@@ -81,7 +83,38 @@ class PlaneSources {
   std::optional<PlaneTree> tree_;
 };
 
+/// Whether planes hold all translations of their centre far better than their errors alone could
+/// pretend (OpenTranslations): a thousand planes pretend some 2 cm.
+bool AreHeldWell(const PlaneRounds& rounds, const Eigen::Vector3d& center) {
+  constexpr double kHeldSigma = 0.002;  // m
+  const Eigen::Matrix<double, 3, 6> jacobian = PointJacobian(center);
+  const Eigen::Matrix3d covariance = jacobian * rounds.information.inverse() * jacobian.transpose();
+  return covariance.trace() < kHeldSigma * kHeldSigma;
+}
+
+/// Leaves directions that the planes leave open to where the rounds began.
+void HoldOpenTranslations(const FineInput& input, PlaneRounds* rounds) {
+  const Eigen::Vector3d center = CenterOf(rounds->planes, rounds->poses[1]);
+  rounds->open.resize(3, 0);
+  if (AreHeldWell(*rounds, center)) return;
+  rounds->open = OpenTranslations(rounds->planes, rounds->poses);
+  rounds->poses[1] = HoldTranslations(rounds->open, center, input.target_from_source,
+                                      rounds->information, rounds->poses[1]);
+  rounds->information = WithoutTranslations(rounds->open, rounds->information - input.information) +
+                        input.information;
+}
+
 }  // namespace
+
+Eigen::Vector3d CenterOf(std::span<const WeightedPlane> planes,
+                         const RigidTransform& target_from_source) {
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  const auto count = static_cast<double>(planes.size());
+  for (const WeightedPlane& plane : planes) {
+    center += plane.observations.back().cluster.mean / count;
+  }
+  return target_from_source * center;
+}
 
 PlaneTree MakePlaneTree(const Surface& target, const FineOptions& options) {
   return MakeTree(target, target.model.leaves, options);
@@ -115,6 +148,7 @@ PlaneRounds AdjustOnPlanes(const FineInput& input, const FineOptions& options,
         AdjustPlanes(rounds.planes, priors, rounds.poses, /*fixed_station=*/0, adjustment);
     rounds.poses = adjusted.poses;
     rounds.information = adjusted.information.bottomRightCorner<6, 6>();
+    HoldOpenTranslations(input, &rounds);
     result->iterations += adjusted.iterations;
     result->anderson_accepted += adjusted.anderson_accepted;
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "graph/planar_cost.h"
@@ -13,7 +14,12 @@ struct PlaneRounds {
   std::vector<WeightedPlane> planes;
   std::vector<RigidTransform> poses;
   Matrix6d information = Matrix6d::Zero();  ///< with the coarse result's
+  Eigen::Matrix3Xd open;  ///< OpenTranslations: the coarse result's alone, target frame
 };
+
+/// Mean of the source's observations, target frame.
+Eigen::Vector3d CenterOf(std::span<const WeightedPlane> planes,
+                         const RigidTransform& target_from_source);
 
 /// Seeks planes and adjusts, `options.rounds` times; adds to what `result` says of them. Gives up
 /// where they are fewer than `options.min_planes`.
