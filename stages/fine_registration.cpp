@@ -35,7 +35,7 @@ struct Footprint {
 
 Footprint FootprintOf(std::span<const WeightedPlane> planes,
                       const RigidTransform& target_from_source) {
-  Footprint footprint{.center = CenterOf(planes, target_from_source)};
+  Footprint footprint{.center = target_from_source * CenterOf(planes)};
   const auto count = static_cast<double>(planes.size());
   double squared = 0.0;
   for (const WeightedPlane& plane : planes) {
@@ -86,11 +86,11 @@ RigidTransform RefineBesidePlanes(const FineInput& input, const PlaneRounds& rou
     of_this_pair = ChooseSurfaces(input.source.normals, kRefinedSurfaces);
   }
   const RigidTransform& start = rounds.poses[1];
+  const Matrix6d information = rounds.of_planes + input.information;
   const RigidTransform refined = RefineOnSurfaces(
       input.source, input.source_surfaces != nullptr ? *input.source_surfaces : of_this_pair,
-      input.target, input.target_index, start, rounds.information, normal_sigma_m);
-  return HoldTranslations(rounds.open, CenterOf(rounds.planes, start), start, rounds.information,
-                          refined);
+      input.target, input.target_index, start, information, normal_sigma_m);
+  return HoldTranslations(rounds.open, CenterOf(rounds.planes), start, information, refined);
 }
 
 /// Lets pairs of voxels, each with its own covariance, stand in for planes.
@@ -150,15 +150,14 @@ FineResult RefinePair(const FineInput& input, const FineOptions& options,
   result.rms_m = Rms(rounds.planes, rounds.poses);
   RigidTransform refined = rounds.poses[1];
   if (options.surfaces) refined = RefineBesidePlanes(input, rounds, result.rms_m);
-  if (!rounds.information.allFinite() ||
+  if (!rounds.of_planes.allFinite() ||
       !IsNear(refined, input.target_from_source, input.target.model.resolution_m())) {
     result.status = FineResult::Status::kDiverged;
     return result;
   }
   result.target_from_source = refined;
-  result.information = rounds.information;
-  JudgeDegeneracy(rounds.information - input.information, FootprintOf(rounds.planes, refined),
-                  &result);
+  result.information = rounds.of_planes + input.information;
+  JudgeDegeneracy(rounds.of_planes, FootprintOf(rounds.planes, refined), &result);
   result.status = result.weakest_sigma_m <= kWeakSigma ? FineResult::Status::kRefined
                                                        : FineResult::Status::kWeak;
   return result;

@@ -24,6 +24,7 @@ void AddPlane(const WeightedPlane& plane, std::span<const RigidTransform> poses,
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes;
   axes.computeDirect(joint.Covariance());
   const Eigen::Vector3d& variances = axes.eigenvalues();
+  if (!(variances[1] > 0.0)) return;
   constexpr double kFloor = 0.001 * 0.001;  // m^2: no plane is better than a millimetre
   const double variance = std::max(variances[0], kFloor);
   const double of_offset = 2.0 * plane.weight / (joint.count * inverse_counts);
@@ -47,23 +48,24 @@ Eigen::Matrix3Xd OpenTranslations(std::span<const WeightedPlane> planes,
   const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::Matrix3d> solver(sums.noise, both);
   Eigen::Matrix3Xd open(3, 0);
   for (int i = 0; i < 3; ++i) {
-    if (solver.eigenvalues()[i] * (1.0 + kLeastRatio) < 1.0) continue;
+    const bool is_open = solver.eigenvalues()[i] * (1.0 + kLeastRatio) >= 1.0;
+    if (!is_open) continue;
     open.conservativeResize(Eigen::NoChange, open.cols() + 1);
     open.rightCols<1>() = solver.eigenvectors().col(i).normalized();
   }
   return open;
 }
 
-RigidTransform HoldTranslations(const Eigen::Matrix3Xd& open, const Eigen::Vector3d& center,
+RigidTransform HoldTranslations(const Eigen::Matrix3Xd& open, const Eigen::Vector3d& point,
                                 const RigidTransform& start, const Matrix6d& information,
                                 const RigidTransform& motion) {
   if (open.cols() == 0) return motion;
-  const Eigen::MatrixXd shift = PointJacobian(center).transpose() * open;
+  const Eigen::Vector3d moved = motion * point;
+  const Eigen::MatrixXd shift = PointJacobian(moved).transpose() * open;
   const Eigen::MatrixXd reaction = information.ldlt().solve(shift);
-  const Vector6d moved = LocalDifference(motion, start);
   const Eigen::VectorXd excess =
-      (shift.transpose() * reaction).ldlt().solve(shift.transpose() * moved);
-  return Retract(start, moved - reaction * excess);
+      (shift.transpose() * reaction).ldlt().solve(open.transpose() * (moved - start * point));
+  return Retract(motion, -reaction * excess);
 }
 
 Matrix6d WithoutTranslations(const Eigen::Matrix3Xd& open, const Matrix6d& information) {

@@ -1,6 +1,5 @@
 #include "stages/plane_rounds.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <optional>
 #include <utility>
@@ -83,37 +82,21 @@ class PlaneSources {
   std::optional<PlaneTree> tree_;
 };
 
-/// Whether planes hold all translations of their centre far better than their errors alone could
-/// pretend (OpenTranslations): a thousand planes pretend some 2 cm.
-bool AreHeldWell(const PlaneRounds& rounds, const Eigen::Vector3d& center) {
-  constexpr double kHeldSigma = 0.002;  // m
-  const Eigen::Matrix<double, 3, 6> jacobian = PointJacobian(center);
-  const Eigen::Matrix3d covariance = jacobian * rounds.information.inverse() * jacobian.transpose();
-  return covariance.trace() < kHeldSigma * kHeldSigma;
-}
-
-/// Leaves directions that the planes leave open to where the rounds began.
-void HoldOpenTranslations(const FineInput& input, PlaneRounds* rounds) {
-  const Eigen::Vector3d center = CenterOf(rounds->planes, rounds->poses[1]);
-  rounds->open.resize(3, 0);
-  if (AreHeldWell(*rounds, center)) return;
-  rounds->open = OpenTranslations(rounds->planes, rounds->poses);
-  rounds->poses[1] = HoldTranslations(rounds->open, center, input.target_from_source,
-                                      rounds->information, rounds->poses[1]);
-  rounds->information = WithoutTranslations(rounds->open, rounds->information - input.information) +
-                        input.information;
+/// What the planes alone know where an adjustment has ended, whose matrix holds the coarse result's
+/// information as it is there.
+Matrix6d OfPlanes(const FineInput& input, const RigidTransform& adjusted,
+                  const Matrix6d& information) {
+  const Matrix6d jacobian =
+      LocalDifferenceJacobian(LocalDifference(adjusted, input.target_from_source));
+  return information - jacobian.transpose() * input.information * jacobian;
 }
 
 }  // namespace
 
-Eigen::Vector3d CenterOf(std::span<const WeightedPlane> planes,
-                         const RigidTransform& target_from_source) {
+Eigen::Vector3d CenterOf(std::span<const WeightedPlane> planes) {
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
-  const auto count = static_cast<double>(planes.size());
-  for (const WeightedPlane& plane : planes) {
-    center += plane.observations.back().cluster.mean / count;
-  }
-  return target_from_source * center;
+  for (const WeightedPlane& plane : planes) center += plane.observations.back().cluster.mean;
+  return center / static_cast<double>(planes.size());
 }
 
 PlaneTree MakePlaneTree(const Surface& target, const FineOptions& options) {
@@ -140,15 +123,18 @@ PlaneRounds AdjustOnPlanes(const FineInput& input, const FineOptions& options,
     result->planes = static_cast<int>(rounds.planes.size());
     if (result->planes < options.min_planes) return rounds;
     SetNetworkWeights(rounds.poses, context, &rounds.planes);
+    rounds.open = OpenTranslations(rounds.planes, rounds.poses);
     PlanarAdjustmentOptions adjustment;
     adjustment.anderson_window = options.anderson_window;
     // Planes are sought anew from where all but the last end: these need not be exact.
     if (round + 1 < options.rounds) adjustment.relative_decrease = 1e-4;
     const PlanarAdjustmentResult adjusted =
         AdjustPlanes(rounds.planes, priors, rounds.poses, /*fixed_station=*/0, adjustment);
-    rounds.poses = adjusted.poses;
-    rounds.information = adjusted.information.bottomRightCorner<6, 6>();
-    HoldOpenTranslations(input, &rounds);
+    const Matrix6d information = adjusted.information.bottomRightCorner<6, 6>();
+    rounds.poses[1] = HoldTranslations(rounds.open, CenterOf(rounds.planes),
+                                       input.target_from_source, information, adjusted.poses[1]);
+    rounds.of_planes =
+        WithoutTranslations(rounds.open, OfPlanes(input, adjusted.poses[1], information));
     result->iterations += adjusted.iterations;
     result->anderson_accepted += adjusted.anderson_accepted;
   }

@@ -13,15 +13,15 @@ struct PlaneRounds {
   bool enough = false;
   std::vector<WeightedPlane> planes;
   std::vector<RigidTransform> poses;
-  Matrix6d information = Matrix6d::Zero();  ///< with the coarse result's
-  Eigen::Matrix3Xd open;  ///< OpenTranslations: the coarse result's alone, target frame
+  Matrix6d of_planes = Matrix6d::Zero();  ///< their information, none on what is open
+  Eigen::Matrix3Xd open;                  ///< OpenTranslations: held where the rounds began
 };
 
-/// Mean of the source's observations, target frame.
-Eigen::Vector3d CenterOf(std::span<const WeightedPlane> planes,
-                         const RigidTransform& target_from_source);
+/// Mean of the source's observations, source frame.
+Eigen::Vector3d CenterOf(std::span<const WeightedPlane> planes);
 
-/// Seeks planes and adjusts, `options.rounds` times; adds to what `result` says of them. Gives up
+/// Seeks planes and adjusts, `options.rounds` times, each time from where the last one ended but
+/// for translations that the planes leave open; adds to what `result` says of them. Gives up
 /// where they are fewer than `options.min_planes`.
 PlaneRounds AdjustOnPlanes(const FineInput& input, const FineOptions& options,
                            const ExecutionContext& context, FineResult* result);

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <ostream>
+
 #include "stages/surface_choice.h"
 #include "stages/surface_refinement.h"
 #include "tests/support/hall_scene.h"
@@ -20,10 +23,10 @@ Matrix6d CoarseInformation() {
 }
 
 struct PairOfScans {
-  explicit PairOfScans(std::uint64_t seed, const HallOptions& hall = {})
+  explicit PairOfScans(std::uint64_t seed, const HallOptions& hall = {}, const HallScan& scan = {})
       : scene(seed, hall),
-        target(scene, {-5.0, -2.5, 1.6}, 10 * seed),
-        source(scene, {2.0, 2.0, 1.7}, 10 * seed + 1),
+        target(scene, {-5.0, -2.5, 1.6}, 10 * seed, scan),
+        source(scene, {2.0, 2.0, 1.7}, 10 * seed + 1, scan),
         truth(target.world_from_station.Inverse() * source.world_from_station) {}
 
   FineResult Refine(const RigidTransform& start, const FineOptions& options) const {
@@ -92,24 +95,58 @@ TEST(FineRegistration, RefinesOnSurfacesWherePlanesAreFew) {
   EXPECT_GT(nees, 0.02) << "too timid";
 }
 
+struct TunnelCase {
+  const char* name;
+  HallScan scan;
+  FineOptions options;
+  double coarse_sigma_m = 0.05;
+};
+void PrintTo(const TunnelCase& tunnel, std::ostream* out) { *out << tunnel.name; }
+
 /// A tunnel whose ends no scanner sees: what lies in the voxels of its walls is the same wherever
 /// along it the scanners stood. Nothing may claim to know it, nor move the start along it.
-TEST(FineRegistration, LeavesTheWayAlongATunnelToTheStart) {
-  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
-    const PairOfScans pair(seed, {.boxes = 0, .size_m = {2000.0, 11.0, 5.0}});
+class Tunnel : public ::testing::TestWithParam<TunnelCase> {};
+
+TEST_P(Tunnel, LeavesTheWayAlongItToTheStart) {
+  const TunnelCase& tunnel = GetParam();
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    const PairOfScans pair(seed, {.boxes = 0, .size_m = {2000.0, 11.0, 5.0}}, tunnel.scan);
     const RigidTransform start = Disturbed(seed, pair.truth);
-    const FineResult result = pair.Refine(start, {});
-    EXPECT_GT(result.planes, 500);
+    Matrix6d coarse = CoarseInformation();
+    coarse.bottomRightCorner<3, 3>() =
+        Eigen::Matrix3d::Identity() / (tunnel.coarse_sigma_m * tunnel.coarse_sigma_m);
+    const FineResult result = RefinePair(
+        {pair.source.surface(), pair.target.surface(), pair.target.index, start, coarse, {}},
+        tunnel.options, ExecutionContext(1));
+    EXPECT_GT(result.planes, 200);
     EXPECT_EQ(result.status, FineResult::Status::kWeak) << "seed " << seed;
-    EXPECT_GT(result.weakest_sigma_m, 1.0);
+    EXPECT_EQ(result.weakest_sigma_m, 100.0) << "nothing holds it";
     const Eigen::Matrix3d world_from_target = pair.target.world_from_station.rotation;
-    EXPECT_GT(std::abs((world_from_target * result.weakest_direction.tail<3>()).x()), 0.99);
+    const Eigen::Vector3d open = result.weakest_direction.tail<3>();
+    EXPECT_GT(std::abs((world_from_target * open).x()), 0.99);
+    const double known = open.dot((result.information - coarse).bottomRightCorner<3, 3>() * open);
+    EXPECT_NEAR(known, 0.0, 1.0) << "beside what the start knows, 1 / m^2";
     const Eigen::Vector3d error =
         world_from_target * (result.target_from_source.translation - pair.truth.translation);
     const Eigen::Vector3d before = world_from_target * (start.translation - pair.truth.translation);
-    EXPECT_NEAR(error.x(), before.x(), 0.02);
-    EXPECT_LT(error.tail<2>().norm(), 0.003);
+    EXPECT_NEAR(error.x(), before.x(), 0.02) << "the start's turn moves the middle of the planes";
+    EXPECT_LT(error.tail<2>().norm(), std::max(0.003, tunnel.scan.noise_m));
   }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    FineRegistration, Tunnel,
+    ::testing::Values(TunnelCase{"Usual", {}, {}}, TunnelCase{"OneRound", {}, {.rounds = 1}},
+                      TunnelCase{"SmallVoxels", {.step_deg = 0.25, .resolution_m = 0.05}, {}},
+                      TunnelCase{"MuchNoise", {.noise_m = 0.02}, {}},
+                      TunnelCase{"SureStart", {}, {}, 0.001}),
+    [](const auto& param) { return param.param.name; });
+
+TEST(FineRegistration, OneWallAcrossATunnelHoldsIt) {
+  const PairOfScans pair(1, {.boxes = 0, .size_m = {60.0, 11.0, 5.0}});
+  const FineResult result = pair.Refine(Disturbed(1, pair.truth), {});
+  EXPECT_EQ(result.status, FineResult::Status::kRefined);
+  EXPECT_TRANSFORM_NEAR(result.target_from_source, pair.truth, 0.01 * kDeg, 0.002);
 }
 
 TEST(FineRegistration, ReturnsTheStartWhereNothingMatches) {

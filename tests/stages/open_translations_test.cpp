@@ -76,12 +76,44 @@ TEST(OpenTranslations, BothWaysAlongParallelPlanes) {
   }
 }
 
+/// How far planes of the tunnel that stand across it must be weighed down for it to be open, and
+/// what the adjustment's own matrix then knows of the way along it, in units of what it pretends
+/// without them. Weights of planes, not only how they lie, must count.
+TEST(OpenTranslations, UntilPlanesKnowTwiceWhatTheyPretend) {
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    const SyntheticPlanes box = PlanesOfTwo(seed, Normals::kBox);
+    const std::vector<RigidTransform>& poses = box.world_from_station;
+    const Eigen::Vector3d axis = NormalOf(box.planes.front(), poses);
+    const auto known = [&](const std::vector<WeightedPlane>& planes) {
+      const Eigen::MatrixXd matrix = AssembleNormalEquations(planes, {}, poses).matrix;
+      return axis.dot(matrix.bottomRightCorner<3, 3>() * axis);
+    };
+    const double pretended = known(Tunnel(seed, 0, axis).planes);
+    double open_at = 0.0;
+    double closed_at = 1.0;
+    const auto weighed = [&](double weight) {
+      std::vector<WeightedPlane> planes = box.planes;
+      for (WeightedPlane& plane : planes) {
+        if (std::abs(NormalOf(plane, poses).dot(axis)) > 0.9) plane.weight *= weight;
+      }
+      return planes;
+    };
+    for (int i = 0; i < 40; ++i) {
+      const double middle = 0.5 * (open_at + closed_at);
+      const bool is_open = OpenTranslations(weighed(middle), poses).cols() > 0;
+      (is_open ? open_at : closed_at) = middle;
+    }
+    EXPECT_GT(known(weighed(closed_at)) / pretended, 1.05) << "seed " << seed;
+    EXPECT_LT(known(weighed(closed_at)) / pretended, 4.0) << "seed " << seed;
+  }
+}
+
 struct Case {
-  explicit Case(std::uint64_t seed)
+  explicit Case(std::uint64_t seed, double turn_rad = 0.05)
       : random(seed),
         start(RandomTransform(random, 10.0)),
-        center(RandomPoint(random, 20.0)),
-        motion(Retract(start, RandomTwist(random, 0.002, 0.1))) {
+        point(RandomPoint(random, 20.0)),
+        motion(Retract(start, RandomTwist(random, turn_rad, 0.3))) {
     Eigen::Matrix<double, 6, 20> rows;
     for (Eigen::Index i = 0; i < rows.size(); ++i) rows(i) = random.Normal();
     information = rows * rows.transpose();
@@ -93,40 +125,48 @@ struct Case {
 
   Random random;
   RigidTransform start;
-  Eigen::Vector3d center;
+  Eigen::Vector3d point;  // source frame
   RigidTransform motion;
   Matrix6d information;
   Eigen::Matrix3Xd open;
 };
 
-TEST(HoldTranslations, KeepsTheCenterAndChangesAsLittleAsTheInformationLets) {
+/// By the way of the point itself, and against any other motion that keeps it as well.
+TEST(HoldTranslations, KeepsThePointAndChangesAsLittleAsTheInformationLets) {
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
     Case c(seed);
-    const RigidTransform held =
-        HoldTranslations(c.open, c.center, c.start, c.information, c.motion);
-    const Vector6d moved = LocalDifference(held, c.start);
-    const auto shift = [&](const Vector6d& xi) -> Eigen::VectorXd {
-      return c.open.transpose() * PointJacobian(c.center) * xi;
-    };
-    EXPECT_LT(shift(moved).norm(), 1e-9);
-    const auto cost = [&](const Vector6d& xi) {
-      const Vector6d change = xi - LocalDifference(c.motion, c.start);
+    c.motion = c.start;
+    c.motion.translation += 1e-4 * RandomPoint(c.random, 1.0);
+    const RigidTransform held = HoldTranslations(c.open, c.point, c.start, c.information, c.motion);
+    EXPECT_LT((c.open.transpose() * (held * c.point - c.start * c.point)).norm(), 1e-7);
+    const auto cost = [&](const RigidTransform& motion) {
+      const Vector6d change = LocalDifference(motion, c.motion);
       return change.dot(c.information * change);
     };
-    const Eigen::MatrixXd constraint = c.open.transpose() * PointJacobian(c.center);
-    for (int trial = 0; trial < 20; ++trial) {  // any other that keeps the centre costs more
-      Vector6d other = RandomTwist(c.random, 0.01, 0.1);
-      other -= constraint.completeOrthogonalDecomposition().solve(shift(other));
-      ASSERT_LT(shift(other).norm(), 1e-9);
-      EXPECT_GT(cost(moved + other), cost(moved));
+    const Eigen::MatrixXd constraint = c.open.transpose() * PointJacobian(held * c.point);
+    for (int trial = 0; trial < 20; ++trial) {
+      Vector6d other = RandomTwist(c.random, 1e-5, 1e-4);
+      other -= constraint.completeOrthogonalDecomposition().solve(constraint * other);
+      EXPECT_GT(cost(Retract(held, other)), cost(held));
     }
+  }
+}
+
+TEST(HoldTranslations, KeepsThePointWhereTheMotionHasTurnedIt) {
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    Case c(seed);
+    c.information.topLeftCorner<3, 3>() *= 1e4;  // turns are known, as planes know them
+    const RigidTransform held = HoldTranslations(c.open, c.point, c.start, c.information, c.motion);
+    const double before = (c.open.transpose() * (c.motion * c.point - c.start * c.point)).norm();
+    const double after = (c.open.transpose() * (held * c.point - c.start * c.point)).norm();
+    EXPECT_LT(after, 0.01 * before) << "seed " << seed;
   }
 }
 
 TEST(HoldTranslations, ChangesNothingWhereNothingIsOpen) {
   const Case c(1);
   const RigidTransform held =
-      HoldTranslations(Eigen::Matrix3Xd(3, 0), c.center, c.start, c.information, c.motion);
+      HoldTranslations(Eigen::Matrix3Xd(3, 0), c.point, c.start, c.information, c.motion);
   EXPECT_EQ(held.Matrix(), c.motion.Matrix());
   EXPECT_EQ(WithoutTranslations(Eigen::Matrix3Xd(3, 0), c.information), c.information);
 }

@@ -28,23 +28,23 @@ RigidTransform RandomPlace(Random& random, const Eigen::Vector3d& place) {
 }
 
 StationModel Scan(const HallScene& scene, const RigidTransform& world_from_station,
-                  std::uint64_t seed) {
+                  std::uint64_t seed, const HallScan& scan) {
   Random random(DeriveSeed(seed, "noise"));
-  constexpr double kStep = 0.4 * std::numbers::pi / 180.0;
+  const double step = scan.step_deg * std::numbers::pi / 180.0;
   std::vector<Eigen::Vector3d> points;
-  for (double elevation = -1.1; elevation < 1.5; elevation += kStep) {
-    for (double azimuth = 0.0; azimuth < 2.0 * std::numbers::pi; azimuth += kStep) {
+  for (double elevation = -1.1; elevation < 1.5; elevation += step) {
+    for (double azimuth = 0.0; azimuth < 2.0 * std::numbers::pi; azimuth += step) {
       // Off the grid a little: no ray runs exactly along a wall.
-      const double e = elevation + 0.2 * kStep * random.Uniform();
+      const double e = elevation + 0.2 * step * random.Uniform();
       const Eigen::Vector3d ray(std::cos(e) * std::cos(azimuth), std::cos(e) * std::sin(azimuth),
                                 std::sin(e));
       const Eigen::Vector3d hit =
           scene.Hit(world_from_station.translation, world_from_station.rotation * ray);
       const double range = (hit - world_from_station.translation).norm();
-      points.push_back((range + 0.002 * random.Normal()) * ray);
+      points.push_back((range + scan.noise_m * random.Normal()) * ray);
     }
   }
-  return MakeSeenStation(points, 0.1);
+  return MakeSeenStation(points, scan.resolution_m);
 }
 
 }  // namespace
@@ -92,12 +92,13 @@ void HallScene::AddBox(const Eigen::Vector2d& center, const Eigen::Vector3d& siz
   boxes_.emplace_back(low, low + size);
 }
 
-HallStation::HallStation(const HallScene& scene, const Eigen::Vector3d& place, std::uint64_t seed)
+HallStation::HallStation(const HallScene& scene, const Eigen::Vector3d& place, std::uint64_t seed,
+                         const HallScan& scan)
     : world_from_station([&] {
         Random random(DeriveSeed(seed, "place"));
         return RandomPlace(random, place);
       }()),
-      model(Scan(scene, world_from_station, seed)),
+      model(Scan(scene, world_from_station, seed, scan)),
       features(ComputeFeatures(model, {}, ExecutionContext(1, 0, nullptr))),
       index(model) {}
 

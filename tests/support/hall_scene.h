@@ -39,10 +39,16 @@ class HallScene {
   std::vector<Eigen::AlignedBox3d> boxes_;
 };
 
-/// A scan of the hall, about a ray in 0.4 deg and 2 mm of noise, at l = 0.1 m, from a place in the
-/// world under a random heading: model, features and index.
+struct HallScan {
+  double step_deg = 0.4;      ///< between rays
+  double noise_m = 0.002;     ///< of ranges
+  double resolution_m = 0.1;  ///< l
+};
+
+/// A scan of the hall from a place in the world under a random heading: model, features and index.
 struct HallStation {
-  HallStation(const HallScene& scene, const Eigen::Vector3d& place, std::uint64_t seed);
+  HallStation(const HallScene& scene, const Eigen::Vector3d& place, std::uint64_t seed,
+              const HallScan& scan = {});
 
   Surface surface() const { return {model, features.normals, true}; }
 
