@@ -40,15 +40,14 @@ void AddPlane(const WeightedPlane& plane, std::span<const RigidTransform> poses,
 }  // namespace
 
 Eigen::Matrix3Xd OpenTranslations(std::span<const WeightedPlane> planes,
-                                  std::span<const RigidTransform> poses) {
-  constexpr double kLeastRatio = 2.0;  // of G to N
+                                  std::span<const RigidTransform> poses, double least_ratio) {
   Translation sums;
   for (const WeightedPlane& plane : planes) AddPlane(plane, poses, &sums);
   const Eigen::Matrix3d both = sums.known + sums.noise;  // definite: every plane adds to all axes
   const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::Matrix3d> solver(sums.noise, both);
   Eigen::Matrix3Xd open(3, 0);
   for (int i = 0; i < 3; ++i) {
-    const bool is_open = solver.eigenvalues()[i] * (1.0 + kLeastRatio) >= 1.0;
+    const bool is_open = solver.eigenvalues()[i] * (1.0 + least_ratio) >= 1.0;
     if (!is_open) continue;
     open.conservativeResize(Eigen::NoChange, open.cols() + 1);
     open.rightCols<1>() = solver.eigenvectors().col(i).normalized();

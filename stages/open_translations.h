@@ -17,10 +17,10 @@ namespace backsight {
 /// information on a translation, G = sum f u u^T with f that of the offset between both patches,
 /// N = sum f Cov(u) is expected from these errors alone. It is no knowledge, but holds patches of
 /// the two stations with their centroids, which follow the beams, upon each other. d is open where
-/// d^T G d < 2 d^T N d (docs/stages/fine_registration.md says what is usual). Sigma is 1 mm at
-/// least. O(planes), some 0.2 us each.
+/// d^T G d < least_ratio d^T N d (docs/stages/fine_registration.md says what is usual). Sigma is
+/// 1 mm at least. O(planes), some 0.2 us each.
 Eigen::Matrix3Xd OpenTranslations(std::span<const WeightedPlane> planes,
-                                  std::span<const RigidTransform> poses);
+                                  std::span<const RigidTransform> poses, double least_ratio);
 
 /// `motion`, but with `point` (source frame) where `start` has it in the open directions; all else
 /// follows as `information` on `motion` wants it (after solution remapping: Zhang, Kaess, Singh

@@ -82,6 +82,14 @@ class PlaneSources {
   std::optional<PlaneTree> tree_;
 };
 
+// What planes seem to know of a translation over what their errors make of it.
+constexpr double kOpenRatio = 2.0;
+constexpr double kClearRatio = 20.0;  // so clear in the first round that no other need be asked
+
+bool MayBeOpen(const PlaneRounds& rounds) {
+  return OpenTranslations(rounds.planes, rounds.poses, kClearRatio).cols() > 0;
+}
+
 /// What the planes alone know where an adjustment has ended, whose matrix holds the coarse result's
 /// information as it is there.
 Matrix6d OfPlanes(const FineInput& input, const RigidTransform& adjusted,
@@ -110,6 +118,7 @@ PlaneRounds AdjustOnPlanes(const FineInput& input, const FineOptions& options,
   const RigidTransform lattice = sources.Target().lattice_from_station();
   PairPlaneSearch planes(sources.Target(), sources.Source());
   const std::vector<PosePrior> priors{{1, input.target_from_source, input.information}};
+  bool may_be_open = true;
   PlaneRounds rounds;
   rounds.poses = {RigidTransform{}, input.target_from_source};
   for (int round = 0; round < options.rounds; ++round) {
@@ -123,7 +132,8 @@ PlaneRounds AdjustOnPlanes(const FineInput& input, const FineOptions& options,
     result->planes = static_cast<int>(rounds.planes.size());
     if (result->planes < options.min_planes) return rounds;
     SetNetworkWeights(rounds.poses, context, &rounds.planes);
-    rounds.open = OpenTranslations(rounds.planes, rounds.poses);
+    if (round == 0) may_be_open = MayBeOpen(rounds);
+    if (may_be_open) rounds.open = OpenTranslations(rounds.planes, rounds.poses, kOpenRatio);
     PlanarAdjustmentOptions adjustment;
     adjustment.anderson_window = options.anderson_window;
     // Planes are sought anew from where all but the last end: these need not be exact.

@@ -14,7 +14,7 @@ struct PlaneRounds {
   std::vector<WeightedPlane> planes;
   std::vector<RigidTransform> poses;
   Matrix6d of_planes = Matrix6d::Zero();  ///< their information, none on what is open
-  Eigen::Matrix3Xd open;                  ///< OpenTranslations: held where the rounds began
+  Eigen::Matrix3Xd open{3, 0};            ///< OpenTranslations: held where the rounds began
 };
 
 /// Mean of the source's observations, source frame.

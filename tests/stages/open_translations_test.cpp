@@ -13,6 +13,7 @@ namespace backsight {
 namespace {
 
 using Normals = SyntheticPlaneOptions::Normals;
+constexpr double kTwice = 2.0;
 constexpr std::uint64_t kSeeds = 10;
 
 SyntheticPlanes PlanesOfTwo(std::uint64_t seed, Normals normals) {
@@ -45,7 +46,7 @@ TEST(OpenTranslations, NoneWherePlanesFaceAllWays) {
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
     for (const Normals normals : {Normals::kAny, Normals::kBox}) {
       const SyntheticPlanes planes = PlanesOfTwo(seed, normals);
-      EXPECT_EQ(OpenTranslations(planes.planes, planes.world_from_station).cols(), 0);
+      EXPECT_EQ(OpenTranslations(planes.planes, planes.world_from_station, kTwice).cols(), 0);
     }
   }
 }
@@ -57,19 +58,20 @@ TEST(OpenTranslations, AlongATunnelUntilSomethingStandsAcross) {
     const Eigen::Vector3d axis = NormalOf(box.planes.front(), box.world_from_station);
     const SyntheticPlanes tunnel = Tunnel(seed, 0, axis);
     ASSERT_LT(tunnel.planes.size(), box.planes.size());
-    const Eigen::Matrix3Xd open = OpenTranslations(tunnel.planes, tunnel.world_from_station);
+    const Eigen::Matrix3Xd open =
+        OpenTranslations(tunnel.planes, tunnel.world_from_station, kTwice);
     ASSERT_EQ(open.cols(), 1) << "seed " << seed;
     EXPECT_GT(std::abs(open.col(0).dot(axis)), 0.999);
     EXPECT_NEAR(open.col(0).norm(), 1.0, 1e-12);
     const SyntheticPlanes closed = Tunnel(seed, 1, axis);
-    EXPECT_EQ(OpenTranslations(closed.planes, closed.world_from_station).cols(), 0);
+    EXPECT_EQ(OpenTranslations(closed.planes, closed.world_from_station, kTwice).cols(), 0);
   }
 }
 
 TEST(OpenTranslations, BothWaysAlongParallelPlanes) {
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
     const SyntheticPlanes floor = PlanesOfTwo(seed, Normals::kParallel);
-    const Eigen::Matrix3Xd open = OpenTranslations(floor.planes, floor.world_from_station);
+    const Eigen::Matrix3Xd open = OpenTranslations(floor.planes, floor.world_from_station, kTwice);
     ASSERT_EQ(open.cols(), 2) << "seed " << seed;
     const Eigen::Vector3d normal = NormalOf(floor.planes.front(), floor.world_from_station);
     EXPECT_LT((open.transpose() * normal).norm(), 0.02);
@@ -100,7 +102,7 @@ TEST(OpenTranslations, UntilPlanesKnowTwiceWhatTheyPretend) {
     };
     for (int i = 0; i < 40; ++i) {
       const double middle = 0.5 * (open_at + closed_at);
-      const bool is_open = OpenTranslations(weighed(middle), poses).cols() > 0;
+      const bool is_open = OpenTranslations(weighed(middle), poses, kTwice).cols() > 0;
       (is_open ? open_at : closed_at) = middle;
     }
     EXPECT_GT(known(weighed(closed_at)) / pretended, 1.05) << "seed " << seed;
