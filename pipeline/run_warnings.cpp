@@ -40,9 +40,10 @@ void AddPoseWarnings(RunRecord* run) {
 void AddLinkWarnings(RunRecord* run) {
   for (const LinkRecord& link : run->links) {
     if (link.reason == "contradicts_network") {
-      run->warnings.push_back(
-          fmt::format("link {} - {} contradicts the network by {:.3f} m and was removed",
-                      link.source, link.target, link.network_residual_m.value_or(0.0)));
+      const std::string by =
+          link.network_residual_m ? fmt::format(" by {:.3f} m", *link.network_residual_m) : "";
+      run->warnings.push_back(fmt::format("link {} - {} contradicts the network{} and was removed",
+                                          link.source, link.target, by));
     }
     if (link.reason == "refuted_by_views") {
       run->warnings.push_back(fmt::format(

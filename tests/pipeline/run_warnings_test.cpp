@@ -56,5 +56,14 @@ TEST(RunWarnings, ALinkThatNothingRefinedIsNamedAlone) {
               Contains("link A - T: fine registration ended as too_few_planes"));
 }
 
+TEST(RunWarnings, AContradictionIsMeasuredWhereBothStationsArePlaced) {
+  LinkRecord link = Link("A", "refined", LinkStatus::kRejected);
+  link.reason = "contradicts_network";
+  EXPECT_THAT(WarningsOf({link}), Contains("link A - T contradicts the network and was removed"));
+  link.network_residual_m = 0.25;
+  EXPECT_THAT(WarningsOf({link}),
+              Contains("link A - T contradicts the network by 0.250 m and was removed"));
+}
+
 }  // namespace
 }  // namespace backsight
