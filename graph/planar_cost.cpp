@@ -19,13 +19,6 @@ PointCluster InWorld(const PlaneObservation& o, std::span<const RigidTransform> 
   return is_identity ? o.cluster : Transformed(pose.rotation, pose.translation, o.cluster);
 }
 
-/// The cluster of all points of a plane at the current poses, world.
-PointCluster JointCluster(const WeightedPlane& plane, std::span<const RigidTransform> poses) {
-  PointCluster joint;
-  for (const PlaneObservation& o : plane.observations) joint += InWorld(o, poses);
-  return joint;
-}
-
 /// Calls `body(k, joint, fit)` for every plane, fitted several at a time.
 template <class Body>
 void FitJointly(std::span<const WeightedPlane> planes, std::span<const RigidTransform> poses,
@@ -121,6 +114,12 @@ void SetTerms(const WeightedPlane& plane, std::span<const RigidTransform> poses,
 }
 
 }  // namespace
+
+PointCluster JointCluster(const WeightedPlane& plane, std::span<const RigidTransform> poses) {
+  PointCluster joint;
+  for (const PlaneObservation& o : plane.observations) joint += InWorld(o, poses);
+  return joint;
+}
 
 PlaneTerms ComputePlaneTerms(const WeightedPlane& plane, std::span<const RigidTransform> poses) {
   const PointCluster joint = JointCluster(plane, poses);

@@ -18,6 +18,9 @@ struct WeightedPlane {
   double weight = 1.0;  ///< 1/m^2
 };
 
+/// The cluster of all points of a plane at these poses, world.
+PointCluster JointCluster(const WeightedPlane& plane, std::span<const RigidTransform> poses);
+
 /// All that is minimised. `context` (may be null: one thread) changes the time, not a bit of the
 /// result.
 struct PlanarProblem {

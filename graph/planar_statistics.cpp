@@ -98,12 +98,8 @@ BlockSums SumBlock(std::span<const WeightedPlane> planes, std::span<const LinkSc
 }  // namespace
 
 PlaneAgreement Agreement(const WeightedPlane& plane, std::span<const RigidTransform> poses) {
-  std::vector<PointCluster> clusters(1);  // the joint one, then every station's own
-  for (const PlaneObservation& o : plane.observations) {
-    const RigidTransform& pose = poses[static_cast<std::size_t>(o.station)];
-    clusters.front() += Transformed(pose.rotation, pose.translation, o.cluster);
-    clusters.push_back(o.cluster);
-  }
+  std::vector<PointCluster> clusters{JointCluster(plane, poses)};  // then every station's own
+  for (const PlaneObservation& o : plane.observations) clusters.push_back(o.cluster);
   std::vector<PlaneFit> fits(clusters.size());
   FitPlanes(clusters, /*normals=*/false, fits);
   const auto squares = [&](std::size_t i) {

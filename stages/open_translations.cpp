@@ -14,13 +14,9 @@ struct Translation {
 
 void AddPlane(const WeightedPlane& plane, std::span<const RigidTransform> poses,
               Translation* translation) {
-  PointCluster joint;
+  const PointCluster joint = JointCluster(plane, poses);
   double inverse_counts = 0.0;
-  for (const PlaneObservation& o : plane.observations) {
-    const RigidTransform& pose = poses[static_cast<std::size_t>(o.station)];
-    joint += Transformed(pose.rotation, pose.translation, o.cluster);
-    inverse_counts += 1.0 / o.cluster.count;
-  }
+  for (const PlaneObservation& o : plane.observations) inverse_counts += 1.0 / o.cluster.count;
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes;
   axes.computeDirect(joint.Covariance());
   const Eigen::Vector3d& variances = axes.eigenvalues();

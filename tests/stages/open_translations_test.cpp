@@ -53,7 +53,7 @@ TEST(OpenTranslations, NoneWherePlanesFaceAllWays) {
 
 TEST(OpenTranslations, AlongATunnelUntilSomethingStandsAcross) {
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
-    // Along the axis that most planes of the box face, whichever that is.
+    // Along the axis that the first plane of the box faces, whichever that is.
     const SyntheticPlanes box = PlanesOfTwo(seed, Normals::kBox);
     const Eigen::Vector3d axis = NormalOf(box.planes.front(), box.world_from_station);
     const SyntheticPlanes tunnel = Tunnel(seed, 0, axis);
@@ -111,11 +111,11 @@ TEST(OpenTranslations, UntilPlanesKnowTwiceWhatTheyPretend) {
 }
 
 struct Case {
-  explicit Case(std::uint64_t seed, double turn_rad = 0.05)
+  explicit Case(std::uint64_t seed)
       : random(seed),
         start(RandomTransform(random, 10.0)),
         point(RandomPoint(random, 20.0)),
-        motion(Retract(start, RandomTwist(random, turn_rad, 0.3))) {
+        motion(Retract(start, RandomTwist(random, 0.05, 0.3))) {
     Eigen::Matrix<double, 6, 20> rows;
     for (Eigen::Index i = 0; i < rows.size(); ++i) rows(i) = random.Normal();
     information = rows * rows.transpose();
