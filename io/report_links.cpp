@@ -6,9 +6,11 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <set>
 
 #include "io/html_table.h"
 #include "io/html_text.h"
+#include "io/link_reasons.h"
 #include "io/report_plan.h"
 
 namespace backsight {
@@ -56,6 +58,24 @@ std::string LoopMark(const LinkRecord& link) {
 bool AnyAccepted(const RunRecord& run) {
   return std::any_of(run.links.begin(), run.links.end(),
                      [](const LinkRecord& l) { return l.status == LinkStatus::kAccepted; });
+}
+
+/// What the reasons of pairs mean, of those that occur.
+std::string ReasonTable(const ReportDocument& document) {
+  std::set<std::string> reasons;
+  for (const LinkRecord& link : document.run.links) {
+    if (link.status != LinkStatus::kAccepted) reasons.insert(link.reason);
+  }
+  for (const auto& [reason, count] : document.skipped_pairs) reasons.insert(reason);
+  HtmlTable table({{"reason"}, {"means"}});
+  bool any = false;
+  for (const std::string& reason : reasons) {
+    const std::string meaning(MeaningOfReason(reason));
+    if (meaning.empty()) continue;
+    any = true;
+    table.Row({HtmlText(CodeWords(reason)), HtmlText(meaning)});
+  }
+  return any ? table.Finish() : std::string();
 }
 
 /// A sentence that counts the pairs never tried, by reason; links.csv lists them.
@@ -216,8 +236,8 @@ std::string LinkOriginTable(const RunRecord& run) {
 
 std::string RejectedSection(const ReportDocument& document) {
   return "<h3>Stations</h3>\n" + RejectedStations(document.run) + "<h3>Pairs</h3>\n" +
-         RejectedPairs(document.run) + SkippedSentence(document) + "<h3>Points</h3>\n" +
-         RejectedPoints(document.run);
+         RejectedPairs(document.run) + SkippedSentence(document) + ReasonTable(document) +
+         "<h3>Points</h3>\n" + RejectedPoints(document.run);
 }
 
 }  // namespace backsight

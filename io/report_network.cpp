@@ -36,13 +36,18 @@ std::string ComponentTable(const RunRecord& run) {
     const std::string number = std::to_string(ComponentNumber(c.component));
     const std::string field = "component " + number;
     links.Row({number, std::to_string(c.stations), std::to_string(c.links),
-               std::to_string(c.redundancy), FixedText(c.sigma_factor, 2, field),
+               std::to_string(c.redundancy),
+               c.redundancy > 0 ? FixedText(c.sigma_factor, 2, field) : std::string(),
                HtmlText(c.weakest_station), figure(c.weakest_sigma_m, 1000.0, field)});
     planes.Row({number, HtmlText(CodeWords(c.refinement)), std::to_string(c.planes),
                 std::to_string(c.observations), std::to_string(c.rounds),
                 std::to_string(c.iterations), figure(c.plane_sigma_factor, 1.0, field)});
   }
-  return links.Finish() + planes.Finish();
+  return links.Finish() + planes.Finish() +
+         HtmlSentence(
+             "<span class=\"soft\">Least determined: the station that the weakest direction of the "
+             "whole network moves most, and its &sigma; along that direction alone; the largest "
+             "&sigma; of a single position is in the table of stations.</span>");
 }
 
 /// Median and largest misclosure, and the worst triangles by name.
@@ -110,7 +115,13 @@ std::string FigureTable(const RunRecord& run) {
     FixedText(value, 0, "network figure " + name);
     table.Row({HtmlText(CodeWords(name)), fmt::format("{:.6g}", value)});
   }
-  return table.Finish();
+  return table.Finish() +
+         HtmlSentence(
+             "<span class=\"soft\">Of all components together. Removed: motions that the "
+             "adjustment did not use, of which a pair may have several; readmitted: used ones that "
+             "contradicted the first spanning tree. Registered in full: attempts from features, of "
+             "which a pair may have several, too. &sigma; factors are 1 where the redundancy is 0, "
+             "because then nothing tells.</span>");
 }
 
 }  // namespace

@@ -194,22 +194,6 @@ std::vector<LinkRecord> MakeLinkRecords(const std::vector<Station>& stations,
   return records;
 }
 
-std::string DescribeDoubtful(const std::vector<LinkRecord>& links, const std::string& station) {
-  std::vector<std::string> others;
-  bool untried = false;
-  for (const LinkRecord& link : links) {
-    if (link.source != station && link.target != station) continue;
-    untried |= link.status == LinkStatus::kSkipped && link.reason != "unusable_station";
-    if (link.status != LinkStatus::kDoubtful) continue;
-    others.push_back(link.source == station ? link.target : link.source);
-  }
-  if (others.empty()) return "";
-  return fmt::format(
-      "; doubtful ones to {}, which no loop of other links confirms: a further station that "
-      "overlaps with both sides could{}",
-      fmt::join(others, ", "), untried ? ", or pairs that were not tried (pairs: include)" : "");
-}
-
 std::vector<ClosureRecord> MakeClosureRecords(const std::vector<Station>& stations,
                                               const std::vector<Pair>& pairs,
                                               const Network& network) {

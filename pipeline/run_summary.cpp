@@ -9,6 +9,7 @@
 #include "pipeline/link_records.h"
 #include "pipeline/run_verdict.h"
 #include "pipeline/run_warnings.h"
+#include "pipeline/unlinked_stations.h"
 #include "pipeline/version.h"
 
 namespace backsight {
@@ -54,8 +55,7 @@ PoseRecord MakePoseRecord(const Station& station, const Network& network,
   record.component = network.component[index];
   record.link_count = CountAccepted(links, station.spec.id);
   if (record.component < 0) {
-    record.reason =
-        "no accepted link to any other station" + DescribeDoubtful(links, station.spec.id);
+    record.reason = DescribeUnlinked(links, station.spec.id);
     return record;
   }
   record.status = StationStatus::kRegistered;

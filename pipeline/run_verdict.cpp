@@ -11,6 +11,8 @@
 namespace backsight {
 namespace {
 
+constexpr const char* kAllStations = "require_all_stations";
+
 /// In the main network.
 int CountPlaced(const std::vector<PoseRecord>& poses) {
   return static_cast<int>(std::count_if(poses.begin(), poses.end(), [](const PoseRecord& pose) {
@@ -56,7 +58,7 @@ GateRecord JudgeCheckPoints(double limit_mm, const std::vector<GeoreferenceRecor
           worst.points > 0 && rmse_mm <= limit_mm};
 }
 
-/// "5, not S4 (its scan cannot be used)": how many are in the main network, and who is not.
+/// "5 of 6, without S4 (its scan cannot be used)": who is in the main network, and who is not.
 std::string PlacedText(const std::vector<PoseRecord>& poses) {
   constexpr std::size_t kNamed = 5;
   std::vector<std::string> missing;
@@ -66,9 +68,9 @@ std::string PlacedText(const std::vector<PoseRecord>& poses) {
                                           ? " (its scan cannot be used)"
                                           : ""));
   }
-  std::string text = fmt::format("{}", CountPlaced(poses));
+  std::string text = fmt::format("{} of {}", CountPlaced(poses), poses.size());
   for (std::size_t m = 0; m < std::min(kNamed, missing.size()); ++m) {
-    text += (m == 0 ? ", not " : ", ") + missing[m];
+    text += (m == 0 ? ", without " : ", ") + missing[m];
   }
   return text + (missing.size() > kNamed ? " and others" : "");
 }
@@ -78,14 +80,17 @@ bool IsOnGround(const RunRecord& run) {
   return run.georeference.empty() || run.georeference.front().placed();
 }
 
-std::string FailedGates(const std::vector<GateRecord>& gates) {
+/// With the number of stations that are placed, which the gate for all of them tells itself.
+std::string DescribeFailedGates(const std::vector<GateRecord>& gates, int placed, int all) {
   std::string text;
+  bool told = false;
   for (const GateRecord& gate : gates) {
     if (gate.passed) continue;
     text += fmt::format("{} {} failed: {} (limit {})", text.empty() ? "Gate" : "; gate", gate.name,
                         gate.value, gate.limit);
+    told |= gate.name == kAllStations;
   }
-  return text + ".";
+  return text + (told ? "." : fmt::format(". {} of {} stations placed.", placed, all));
 }
 
 }  // namespace
@@ -108,8 +113,8 @@ std::vector<GateRecord> JudgeGates(const GateSpec& gates, const std::vector<Pose
   }
   if (gates.require_all_stations) {
     const int placed = CountPlaced(poses);
-    judged.push_back({"require_all_stations", fmt::format("{} in one network", poses.size()),
-                      PlacedText(poses), placed == static_cast<int>(poses.size())});
+    judged.push_back({kAllStations, "all in one network", PlacedText(poses),
+                      placed == static_cast<int>(poses.size())});
   }
   return judged;
 }
@@ -127,8 +132,7 @@ void Judge(const Completion& completion, RunRecord* run) {
     run->verdict = fmt::format("No usable input: {} of {} scans could be read.", usable, all);
   } else if (failed) {
     run->exit_code = kGateFailed;
-    run->verdict =
-        fmt::format("{} {} of {} stations placed.", FailedGates(run->gates), placed, all);
+    run->verdict = DescribeFailedGates(run->gates, placed, all);
   } else if (!IsOnGround(*run)) {
     run->exit_code = kPartial;
     run->verdict = fmt::format(

@@ -11,7 +11,7 @@
 
 #include "io/html_table.h"
 #include "pipeline/ground_records.h"
-#include "pipeline/link_records.h"
+#include "pipeline/unlinked_stations.h"
 
 namespace backsight {
 namespace {

@@ -103,6 +103,12 @@ void PrintLast(const OpenedProject& opened, const JobStates& states) {
   }
   const std::optional<LastRun> report = ReadLastRun(opened.out);
   if (report) fmt::print("last report: {} (exit code {})\n", report->verdict, report->exit_code);
+  if (!run && !report && !may_go_on) {
+    fmt::print(
+        "no run has left anything in {} or {}; one with --out or --work is found with the "
+        "same options\n",
+        opened.work, opened.out);
+  }
 }
 
 /// "2 RUNNING, 4 PENDING"

@@ -109,9 +109,9 @@ class Resume(unittest.TestCase):
                 return process
         raise AssertionError("the run ended before it could be looked at")
 
-    def status(self):
-        run = subprocess.run([campaign.PROGRAM, "status", self.project], capture_output=True,
-                             check=True, text=True)
+    def status(self, *folders):
+        run = subprocess.run([campaign.PROGRAM, "status", self.project, *folders],
+                             capture_output=True, check=True, text=True)
         return run.stdout
 
     def dry_run(self):
@@ -328,6 +328,11 @@ class Resume(unittest.TestCase):
         self.assertIn("stations: 5 of 6 up to date\n  station S5: missing", status)
         self.assertIn("network: 2 of 2 up to date", status)  # it will be the same again
         self.assertRegex(status, r"last report: Complete: .*\(exit code 0\)")
+        self.assertNotIn("no run has left anything", status)
+        elsewhere = self.folder / "elsewhere"
+        status = self.status("--out", elsewhere / "out", "--work", elsewhere / "work")
+        self.assertIn(f"no run has left anything in {elsewhere / 'work'} or", status)
+        self.assertFalse(elsewhere.exists())
 
     def test_plan_knows_the_program_by_what_it_starts_with(self):
         """Threads load more libraries, and a plan without stations starts none."""

@@ -104,6 +104,40 @@ TEST(ReportHtml, NamesTheFrameOfCoordinates) {
   EXPECT_THAT(Html(run), HasSubstr("<b>survey frame</b>"));
 }
 
+TEST(ReportHtml, ExplainsTheReasonsThatOccur) {
+  RunRecord run = SampleRun();
+  const auto other = [&](LinkStatus status, const char* reason) {
+    LinkRecord link;
+    link.source = run.poses[0].station;
+    link.target = run.poses[1].station;
+    link.status = status;
+    link.reason = reason;
+    run.links.push_back(link);
+  };
+  other(LinkStatus::kRejected, "tilted");
+  other(LinkStatus::kDoubtful, "ambiguous");
+  other(LinkStatus::kSkipped, "redundant");
+  other(LinkStatus::kFailed, "out of memory");
+  const std::string html = Html(run);
+  EXPECT_THAT(html, HasSubstr("<td>tilted</td><td>both are levelled, and their vertical axes"));
+  EXPECT_THAT(html, HasSubstr("<td>ambiguous</td><td>several placements fit alike"));
+  EXPECT_THAT(html, HasSubstr("<td>redundant</td><td>would overlap, but"));
+  EXPECT_THAT(html, Not(HasSubstr("the project file excludes it")));
+  EXPECT_THAT(html, HasSubstr("<td>out of memory</td>"));  // no code, but said
+  EXPECT_THAT(html, Not(HasSubstr("<tr><td>out of memory</td>")));
+}
+
+TEST(ReportHtml, ShowsNoSigmaFactorWhereNothingIsRedundant) {
+  RunRecord run = SampleRun();
+  ASSERT_FALSE(run.components.empty());
+  run.components.resize(1);
+  run.components[0].redundancy = 6;
+  run.components[0].sigma_factor = 1.2345;
+  EXPECT_THAT(Html(run), HasSubstr("<td class=\"n\">6</td><td class=\"n\">1.23</td>"));
+  run.components[0].redundancy = 0;
+  EXPECT_THAT(Html(run), HasSubstr("<td class=\"n\">0</td><td class=\"n\"></td>"));
+}
+
 TEST(ReportHtml, DrawsHowWellItIsDetermined) {
   const std::string html = ReportHtml(SampleReport());
   EXPECT_EQ(Count(html, "<ellipse class=\"sigma\" rx="), 10U);

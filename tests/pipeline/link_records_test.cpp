@@ -193,22 +193,6 @@ TEST(MakeLinkRecords, CallsALinkDoubtfulThatNothingConfirms) {
   EXPECT_EQ(records[survey.Find(0, 2)].reason, "unconfirmed");
   EXPECT_EQ(ToString(records[survey.Find(1, 2)].status), "rejected");
   EXPECT_EQ(records[survey.Find(1, 2)].reason, "refuted_by_views");
-
-  EXPECT_EQ(DescribeDoubtful(records, "S2").find("; doubtful ones to S1, which no loop"), 0U);
-  const auto advises_pairs = [&] {
-    return DescribeDoubtful(records, "S1").find("pairs: include") != std::string::npos;
-  };
-  EXPECT_FALSE(advises_pairs());
-  LinkRecord skipped;
-  skipped.source = "S4";
-  skipped.target = "S1";
-  skipped.status = LinkStatus::kSkipped;
-  skipped.reason = "unusable_station";  // which could not be tried either
-  records.push_back(skipped);
-  EXPECT_FALSE(advises_pairs());
-  records.back().reason = "not_similar";
-  EXPECT_TRUE(advises_pairs());
-  EXPECT_EQ(DescribeDoubtful(records, "S4"), "");
 }
 
 TEST(MakeLinkRecords, ResidualIsHowFarApartTheSourceStands) {

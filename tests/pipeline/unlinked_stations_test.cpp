@@ -1,0 +1,95 @@
+#include "pipeline/unlinked_stations.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <array>
+
+#include "graph/link_selection.h"
+#include "io/link_reasons.h"
+#include "stages/pair_selection.h"
+#include "stages/verification.h"
+
+namespace backsight {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::StartsWith;
+
+LinkRecord Link(const std::string& source, const std::string& target, LinkStatus status,
+                const std::string& reason) {
+  LinkRecord link;
+  link.source = source;
+  link.target = target;
+  link.status = status;
+  link.reason = reason;
+  return link;
+}
+
+TEST(UnlinkedStations, DoubtfulLinksAreNamedWithWhatCouldConfirmThem) {
+  std::vector<LinkRecord> links = {
+      Link("S1", "S2", LinkStatus::kDoubtful, "free_space_conflict"),
+      Link("S3", "S1", LinkStatus::kDoubtful, "unconfirmed"),
+      Link("S2", "S3", LinkStatus::kRejected, "refuted_by_views"),
+  };
+  EXPECT_THAT(DescribeDoubtful(links, "S1"), StartsWith("; doubtful ones to S2, S3, which no"));
+  EXPECT_THAT(DescribeDoubtful(links, "S2"), StartsWith("; doubtful ones to S1, which no loop"));
+  EXPECT_THAT(DescribeDoubtful(links, "S1"), Not(HasSubstr("pairs: include")));
+  // A station that could not be tried either is no way out.
+  links.push_back(Link("S4", "S1", LinkStatus::kSkipped, "unusable_station"));
+  EXPECT_THAT(DescribeDoubtful(links, "S1"), Not(HasSubstr("pairs: include")));
+  links.back().reason = "not_similar";
+  EXPECT_THAT(DescribeDoubtful(links, "S1"), HasSubstr("pairs: include"));
+  EXPECT_EQ(DescribeDoubtful(links, "S4"), "");
+}
+
+TEST(UnlinkedStations, TellWhatBecameOfTheirPairs) {
+  const std::vector<LinkRecord> links = {
+      Link("A", "S1", LinkStatus::kRejected, "low_overlap"),
+      Link("S1", "B", LinkStatus::kDoubtful, "ambiguous"),
+      Link("S1", "C", LinkStatus::kRejected, "ambiguous"),
+      Link("S1", "D", LinkStatus::kFailed, "not enough memory"),
+      Link("S1", "E", LinkStatus::kSkipped, "not_similar"),
+      Link("A", "B", LinkStatus::kRejected, "tilted"),
+  };
+  const std::string text = DescribeUnlinked(links, "S1");
+  EXPECT_THAT(text, StartsWith("no accepted link to any other station; doubtful ones to B, "));
+  EXPECT_THAT(text, HasSubstr("; of 4 pair(s) that were tried: 2 ambiguous (several placements fit "
+                              "alike, as where a scene repeats or is symmetric), 1 failed, 1 low "
+                              "overlap (too little of the two clouds would lie on each other)"));
+  EXPECT_EQ(DescribeUnlinked(links, "E"),
+            "no accepted link to any other station; none of its pairs was tried");
+}
+
+TEST(LinkReasons, EveryReasonThatIsGivenHasAMeaning) {
+  std::vector<std::string> reasons = {"refuted_by_views", "unusable_station"};
+  using Reason = VerificationResult::Reason;
+  for (int r = static_cast<int>(Reason::kNone) + 1;
+       r <= static_cast<int>(Reason::kContradictsPrior); ++r) {
+    reasons.push_back(ToString(static_cast<Reason>(r)));
+  }
+  for (const LinkFate fate : {LinkFate::kContradictsNetwork, LinkFate::kRivalWon,
+                              LinkFate::kUnconfirmed, LinkFate::kAmbiguous}) {
+    reasons.push_back(ToString(fate));
+  }
+  PairProspect pair;
+  reasons.push_back(SkipReason(pair, {}));
+  for (const double overlap : {0.0, 1.0}) {
+    pair.predicted_overlap = overlap;
+    reasons.push_back(SkipReason(pair, {}));
+  }
+  pair.too_far = true;
+  reasons.push_back(SkipReason(pair, {}));
+  pair.excluded = true;
+  reasons.push_back(SkipReason(pair, {}));
+  for (const std::string& reason : reasons) {
+    EXPECT_NE(reason, "");
+    EXPECT_NE(MeaningOfReason(reason), "") << reason;
+  }
+  EXPECT_EQ(MeaningOfReason("not enough memory"), "");
+  EXPECT_EQ(MeaningOfReason(""), "");
+}
+
+}  // namespace
+}  // namespace backsight
