@@ -1,7 +1,6 @@
 #pragma once
 
-#include <vector>
-
+#include "core/cache_line_vector.h"
 #include "graph/correspondences.h"
 #include "graph/reliability_kernels.h"
 
@@ -16,13 +15,23 @@ struct PairColumns {
   explicit PairColumns(const Correspondences& c);
 
   std::size_t rows = 0;
-  std::vector<float> qx, qy, qz;  ///< source
-  std::vector<float> px, py, pz;  ///< target
-  float extent_m = 0.0F;          ///< largest absolute coordinate
+  CacheLineVector<float> qx, qy, qz;            ///< source
+  CacheLineVector<float> px, py, pz;            ///< target
+  CacheLineVector<float> q_squared, p_squared;  ///< |q|^2 and |p|^2 of these, m^2
+  float extent_m = 0.0F;                        ///< largest absolute coordinate
 };
 
 inline ColumnView View(const PairColumns& c) {
-  return {c.qx.data(), c.qy.data(), c.qz.data(), c.px.data(), c.py.data(), c.pz.data(), c.rows};
+  return {c.qx.data(),
+          c.qy.data(),
+          c.qz.data(),
+          c.px.data(),
+          c.py.data(),
+          c.pz.data(),
+          c.q_squared.data(),
+          c.p_squared.data(),
+          3.0F * c.extent_m * c.extent_m,
+          c.rows};
 }
 
 }  // namespace backsight

@@ -1,7 +1,7 @@
 #include "graph/reliability_kernels.h"
 
 #include <algorithm>
-#include <limits>
+#include <cmath>
 
 // Highway compiles this file once for every instruction set and picks one at run time.
 #undef HWY_TARGET_INCLUDE
@@ -110,6 +110,53 @@ HWY_INLINE std::size_t Append(D d, hn::Mask<D> mask, std::size_t b, std::size_t 
   return count + hn::CountTrue(d, mask);
 }
 
+/// A test by products alone. With e the limit and A, B the squared lengths, |sqrt A - sqrt B| < e
+/// implies |A - B| <= e (2 sqrt A + e). A and A - B are summed from squares and products of
+/// coordinates, |u|^2 = |b|^2 + |a|^2 - 2 a.b, so that each is wrong by some 22 roundings of the
+/// largest square, below r. As (x + y)^2 <= (1 + t) x^2 + (1 + 1 / t) y^2, twice with t = 0.05,
+/// what is computed has (A - B)^2 <= 4.41 e^2 (A + r) + 22.05 e^4 + 21 (2 r)^2.
+struct ProductTest {
+  ProductTest(float limit_m, float largest_square) {
+    // Lengths that are compared later are rounded, too.
+    const float e = limit_m + 4e-6F * std::sqrt(largest_square);
+    const float r = 4e-6F * largest_square;
+    linear = 4.42F * e * e;
+    constant = linear * r + 22.1F * e * e * e * e + 85.0F * r * r;
+  }
+  float linear, constant;
+};
+
+/// Lists the rows b in [begin, end), `begin` a multiple of kChunk, that may be compatible with row
+/// a, ascending, without branches: nobody could foretell them. Returns their number. Not the same
+/// on every instruction set, because a product and a sum are rounded together where that is faster;
+/// what is left out is compatible on none.
+HWY_INLINE std::size_t ListNear(const ColumnView& columns, float limit_m, std::size_t a,
+                                std::size_t begin, std::size_t end,
+                                std::uint32_t* HWY_RESTRICT found) {
+  const ColumnView c = columns;  // cannot be what is written to
+  const Wide d;
+  const ProductTest test(limit_m, c.largest_square);
+  const auto qx = hn::Set(d, -2.0F * c.qx[a]), px = hn::Set(d, 2.0F * c.px[a]);
+  const auto qy = hn::Set(d, -2.0F * c.qy[a]), py = hn::Set(d, 2.0F * c.py[a]);
+  const auto qz = hn::Set(d, -2.0F * c.qz[a]), pz = hn::Set(d, 2.0F * c.pz[a]);
+  const auto q_squared = hn::Set(d, c.q_squared[a]), p_squared = hn::Set(d, c.p_squared[a]);
+  std::size_t count = 0;
+  for (std::size_t b = begin; b < end; b += hn::Lanes(d)) {
+    const auto times = [&](const float* column, auto factor, auto sum) {
+      return hn::MulAdd(hn::LoadU(d, column + b), factor, sum);
+    };
+    const auto squares = hn::Add(hn::LoadU(d, c.q_squared + b), q_squared);
+    const auto in_source = times(c.qx, qx, times(c.qy, qy, times(c.qz, qz, squares)));
+    const auto rest = hn::Sub(in_source, hn::Add(hn::LoadU(d, c.p_squared + b), p_squared));
+    const auto apart = times(c.px, px, times(c.py, py, times(c.pz, pz, rest)));
+    const auto bound = hn::MulAdd(in_source, hn::Set(d, test.linear), hn::Set(d, test.constant));
+    auto may = hn::Le(hn::Mul(apart, apart), bound);
+    if (b + hn::Lanes(d) > end) may = hn::And(may, hn::FirstN(d, end - b));
+    count = Append(d, may, b, count, found);
+  }
+  return count;
+}
+
 /// Rows that may be compatible with one row, with the squares of their distances from it.
 struct NearRows {
   static constexpr std::size_t kMost = 2048;
@@ -120,41 +167,34 @@ struct NearRows {
   HWY_ALIGN float weight[kMost + kChunk];
 };
 
-/// Lists the rows b in [begin, end), at most kMost and from a multiple of kChunk on, that may be
-/// compatible with row a, ascending, without branches: nobody could foretell them. Returns their
-/// number.
-HWY_INLINE std::size_t ListNear(const ColumnView& c, const CompatibilityRule& rule, std::size_t a,
-                                std::size_t begin, std::size_t end, NearRows* near) {
+/// Weights of the rows b in [begin, end), at most kMost, that may be compatible with row a; returns
+/// their number.
+HWY_INLINE std::size_t WeighNear(const ColumnView& c, const CompatibilityRule& rule, std::size_t a,
+                                 std::size_t begin, std::size_t end, NearRows* near) {
+  const std::size_t count = ListNear(c, rule.limit_m, a, begin, end, near->row);
+  const hn::CappedTag<float, 1> one;
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto squares = SquaresAt(one, c, a, near->row[i]);
+    near->rise[i] = hn::GetLane(squares.rise);
+    near->in_source[i] = hn::GetLane(squares.in_source);
+    near->in_target[i] = hn::GetLane(squares.in_target);
+  }
   const Wide d;
-  const RootlessTest test(rule.limit_m);
-  const bool is_upright = rule.height_m < std::numeric_limits<float>::infinity();
-  std::size_t count = 0;
-  for (std::size_t b = begin; b < end; b += hn::Lanes(d)) {
-    const Squares<Wide> s = SquaresAt(d, c, a, b);
-    auto may = MayAgree(d, s.in_source, s.in_target, test);
-    if (b + hn::Lanes(d) > end) may = hn::And(may, hn::FirstN(d, end - b));
-    hn::StoreU(hn::Compress(s.in_source, may), d, near->in_source + count);
-    hn::StoreU(hn::Compress(s.in_target, may), d, near->in_target + count);
-    if (is_upright) hn::StoreU(hn::Compress(s.rise, may), d, near->rise + count);
-    count = Append(d, may, b, count, near->row);
+  for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
+    const Squares<Wide> s{hn::Load(d, near->rise + i), hn::Load(d, near->in_source + i),
+                          hn::Load(d, near->in_target + i)};
+    hn::Store(Weights(d, s, rule), d, near->weight + i);
   }
   return count;
 }
 
 /// Calls `body(weight, b)` for the rows b in [begin, whole) that may be compatible with row a,
-/// ascending; `begin` is a multiple of kChunk. Weights are computed where rows are listed, whole
-/// vectors of them.
+/// ascending; `begin` is a multiple of kChunk.
 template <class Body>
 HWY_INLINE void ForWeights(const ColumnView& c, const CompatibilityRule& rule, std::size_t a,
                            std::size_t begin, std::size_t whole, NearRows* near, Body body) {
-  const Wide d;
   for (std::size_t b = begin; b < whole; b += NearRows::kMost) {
-    const std::size_t count = ListNear(c, rule, a, b, std::min(b + NearRows::kMost, whole), near);
-    for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
-      const Squares<Wide> s{hn::Load(d, near->rise + i), hn::Load(d, near->in_source + i),
-                            hn::Load(d, near->in_target + i)};
-      hn::Store(Weights(d, s, rule), d, near->weight + i);
-    }
+    const std::size_t count = WeighNear(c, rule, a, b, std::min(b + NearRows::kMost, whole), near);
     for (std::size_t i = 0; i < count; ++i) body(near->weight[i], near->row[i]);
   }
 }

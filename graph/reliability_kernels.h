@@ -6,7 +6,8 @@
 
 namespace backsight {
 
-/// The columns of PairColumns as the kernels take them; readable 16 floats beyond `rows`.
+/// The columns of PairColumns as the kernels take them; readable 16 floats beyond `rows`, where
+/// there are NaN.
 struct ColumnView {
   const float* qx;
   const float* qy;
@@ -14,6 +15,9 @@ struct ColumnView {
   const float* px;
   const float* py;
   const float* pz;
+  const float* q_squared;  ///< |q|^2
+  const float* p_squared;
+  float largest_square;  ///< of both
   std::size_t rows;
 };
 
@@ -28,9 +32,8 @@ struct CompatibilityRule {
 
 /// Reliabilities D(a) of the rows a = begin .. begin + out.size() - 1: sum over all rows b of
 /// exp(-x^2 / (6 l^2)) where a and b are compatible and share no point. The same bits with every
-/// instruction set: sums run in eight lanes, b modulo 8, whatever the width of a vector. No square
-/// root is taken where the squared lengths alone tell that they differ too much. Time O(rows) per
-/// row.
+/// instruction set: sums run in eight lanes, b modulo 8, whatever the width of a vector. Most rows
+/// are ruled out by products alone, without differences or roots. Time O(rows) per row.
 void SumReliabilities(const ColumnView& columns, const CompatibilityRule& rule, std::size_t begin,
                       std::span<float> out);
 

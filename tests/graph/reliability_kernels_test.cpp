@@ -46,10 +46,11 @@ SyntheticMatches Matches(std::uint64_t seed) {
   // Numbers of rows with every remainder, once beyond what is listed at a time, and clouds of
   // several sizes.
   const int rows = (seed == 16 ? 2100 : 300) + static_cast<int>(seed);
+  constexpr double kExtents[] = {2.0, 40.0, 400.0};
   return MakeMatches(seed, {.inliers = 60,
                             .outliers = rows - 60,
                             .noise_m = 0.03,
-                            .extent_m = seed % 3 == 0 ? 2.0 : 40.0});
+                            .extent_m = kExtents[seed % 3]});
 }
 
 TEST(ReliabilityKernels, SumsAreTheSameBitsWithEveryInstructionSet) {
