@@ -74,7 +74,9 @@ void AddWeakLinkWarning(RunRecord* run) {
   if (weak.empty()) return;
   run->warnings.push_back(fmt::format(
       "{} accepted link(s) do not know one direction to 5 mm by themselves, as along a street or a "
-      "tunnel: {}; see the weakest sigma of the links, and what the stations' sigmas make of it",
+      "tunnel: {}; see the weakest sigma of the links; where they are all that leads on, the "
+      "stations' sigmas along it may be several times too small, which control at the far end "
+      "tells",
       weak.size(), FirstOf(weak)));
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/random.h"
 #include "graph/edge_evaluator.h"
 #include "graph/pair_columns.h"
 #include "tests/support/instruction_sets.h"
@@ -47,10 +48,27 @@ SyntheticMatches Matches(std::uint64_t seed) {
   // several sizes.
   const int rows = (seed == 16 ? 2100 : 300) + static_cast<int>(seed);
   constexpr double kExtents[] = {2.0, 40.0, 400.0};
-  return MakeMatches(seed, {.inliers = 60,
-                            .outliers = rows - 60,
-                            .noise_m = 0.03,
-                            .extent_m = kExtents[seed % 3]});
+  return MakeMatches(
+      seed,
+      {.inliers = 60, .outliers = rows - 60, .noise_m = 0.03, .extent_m = kExtents[seed % 3]});
+}
+
+/// Moves rows from `first` on far out, and together by fours, half a metre apart: lengths that
+/// products of their coordinates hardly tell.
+void Gather(std::size_t first, Correspondences* c) {
+  Random random(first);
+  for (std::size_t row = first; row < c->size(); ++row) {
+    const std::size_t center = first + (row - first) / 4 * 4;
+    if (row == center) {
+      c->source[row] *= 10.0;
+      c->target[row] *= 10.0;
+      continue;
+    }
+    const Eigen::Vector3d step = random.Rotation().col(0);
+    const double longer = random.Uniform(0.9, 1.1);
+    c->source[row] = c->source[center] + 0.5 * step;
+    c->target[row] = c->target[center] + 0.5 * longer * random.Rotation().col(0);
+  }
 }
 
 TEST(ReliabilityKernels, SumsAreTheSameBitsWithEveryInstructionSet) {
@@ -58,8 +76,10 @@ TEST(ReliabilityKernels, SumsAreTheSameBitsWithEveryInstructionSet) {
   for (std::uint64_t seed = 0; seed < 17; ++seed) {
     Correspondences c = Matches(seed).c;
     c.source[7] = c.source[8];  // a shared key point
+    Gather(c.size() / 2, &c);
     const PairColumns columns(c);
     for (const CompatibilityRule& rule : {CompatibilityRule{0.2F, infinity, 0.0F, 1.0F / 0.06F},
+                                          CompatibilityRule{0.02F, infinity, 0.0F, 1.0F / 0.0006F},
                                           CompatibilityRule{0.2F, 0.2F, 0.02F, 1.0F / 0.06F}}) {
       std::vector<float> expected;
       for (std::size_t a = 0; a < c.size(); ++a) {
