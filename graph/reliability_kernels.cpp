@@ -112,9 +112,10 @@ HWY_INLINE std::size_t Append(D d, hn::Mask<D> mask, std::size_t b, std::size_t 
 
 /// A test by products alone. With e the limit and A, B the squared lengths, |sqrt A - sqrt B| < e
 /// implies |A - B| <= e (2 sqrt A + e). A and A - B are summed from squares and products of
-/// coordinates, |u|^2 = |b|^2 + |a|^2 - 2 a.b, so that each is wrong by some 22 roundings of the
-/// largest square, below r. As (x + y)^2 <= (1 + t) x^2 + (1 + 1 / t) y^2, twice with t = 0.05,
-/// what is computed has (A - B)^2 <= 4.41 e^2 (A + r) + 22.05 e^4 + 21 (2 r)^2.
+/// coordinates, |u|^2 = |b|^2 + |a|^2 - 2 a.b, so that A is wrong by some 22 roundings of the
+/// largest square, below r, and A - B by some 48, below 2 r. As (x + y)^2 <= (1 + t) x^2 + (1 + 1 /
+/// t) y^2, twice with t = 0.05, what is computed has (A - B)^2 <= 4.41 e^2 (A + r) + 22.05 e^4 + 21
+/// (2 r)^2.
 struct ProductTest {
   ProductTest(float limit_m, float largest_square) {
     // Lengths that are compared later are rounded, too.

@@ -17,7 +17,7 @@ struct ColumnView {
   const float* pz;
   const float* q_squared;  ///< |q|^2
   const float* p_squared;
-  float largest_square;  ///< of both
+  float largest_square;  ///< none of these is larger
   std::size_t rows;
 };
 
@@ -33,7 +33,8 @@ struct CompatibilityRule {
 /// Reliabilities D(a) of the rows a = begin .. begin + out.size() - 1: sum over all rows b of
 /// exp(-x^2 / (6 l^2)) where a and b are compatible and share no point. The same bits with every
 /// instruction set: sums run in eight lanes, b modulo 8, whatever the width of a vector. Most rows
-/// are ruled out by products alone, without differences or roots. Time O(rows) per row.
+/// are ruled out by products alone, without differences or roots; fewer where coordinates of
+/// kilometres round these. Time O(rows) per row.
 void SumReliabilities(const ColumnView& columns, const CompatibilityRule& rule, std::size_t begin,
                       std::span<float> out);
 

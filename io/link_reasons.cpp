@@ -11,13 +11,15 @@ using Meaning = std::pair<std::string_view, std::string_view>;
 constexpr Meaning kMeanings[] = {
     // Of the pair alone (stages/verification.h).
     {"not_registered", "too few key points of both agree on any motion"},
-    {"not_significant", "hardly more key points agree on the motion than by chance"},
+    {"not_significant", "neither common key points nor the fit of the surfaces prove the motion"},
     {"low_overlap", "too little of the two clouds would lie on each other"},
-    {"fine_diverged", "refining led away from where the key points agree"},
+    {"fine_diverged", "refining led far away from its start"},
     {"tilted", "both are levelled, and their vertical axes would not be parallel"},
     {"free_space_conflict", "a scanner saw through surfaces that the other would put there"},
-    {"far_from_start", "refining moved it further than key points are wrong"},
-    {"undetermined", "the surfaces leave a direction open, as along a street or on open ground"},
+    {"far_from_start", "refining moved it further than its start should be wrong"},
+    {"undetermined",
+     "no surface holds some direction, as along a street, on open ground or from one place, or "
+     "nothing refined a predicted motion"},
     {"ambiguous", "several placements fit alike, as where a scene repeats or is symmetric"},
     {"contradicts_prior", "the priors of the project file rule it out"},
     // Of the network (graph/link_selection.h).
@@ -30,7 +32,7 @@ constexpr Meaning kMeanings[] = {
     {"excluded", "the project file excludes it"},
     {"prior_too_far", "the priors put its stations out of each other's range"},
     {"redundant", "would overlap, but its stations have links enough"},
-    {"no_overlap", "the adjusted poses predict too little overlap"},
+    {"no_overlap", "the poses predict too little overlap"},
     {"not_similar", "other pairs of the two parts were more alike"},
 };
 

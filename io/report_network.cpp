@@ -36,8 +36,7 @@ std::string ComponentTable(const RunRecord& run) {
     const std::string number = std::to_string(ComponentNumber(c.component));
     const std::string field = "component " + number;
     links.Row({number, std::to_string(c.stations), std::to_string(c.links),
-               std::to_string(c.redundancy),
-               c.redundancy > 0 ? FixedText(c.sigma_factor, 2, field) : std::string(),
+               std::to_string(c.redundancy), FixedText(c.sigma_factor, 2, field),
                HtmlText(c.weakest_station), figure(c.weakest_sigma_m, 1000.0, field)});
     planes.Row({number, HtmlText(CodeWords(c.refinement)), std::to_string(c.planes),
                 std::to_string(c.observations), std::to_string(c.rounds),
@@ -45,9 +44,13 @@ std::string ComponentTable(const RunRecord& run) {
   }
   return links.Finish() + planes.Finish() +
          HtmlSentence(
-             "<span class=\"soft\">Least determined: the station that the weakest direction of the "
-             "whole network moves most, and its &sigma; along that direction alone; the largest "
-             "&sigma; of a single position is in the table of stations.</span>");
+             "<span class=\"soft\">The links' &sigma; factor is one for all components. Least "
+             "determined: the motion of all stations of the component together that is known "
+             "least, "
+             "its &sigma; over all of them, rotations counted by the shift that they cause at the "
+             "planes, and the station that it moves most. The &sigma; of single positions are in "
+             "the "
+             "table of stations.</span>");
 }
 
 /// Median and largest misclosure, and the worst triangles by name.
@@ -120,8 +123,9 @@ std::string FigureTable(const RunRecord& run) {
              "<span class=\"soft\">Of all components together. Removed: motions that the "
              "adjustment did not use, of which a pair may have several; readmitted: used ones that "
              "contradicted the first spanning tree. Registered in full: attempts from features, of "
-             "which a pair may have several, too. &sigma; factors are 1 where the redundancy is 0, "
-             "because then nothing tells.</span>");
+             "which a pair may have several, too. The &sigma; factor is 1 where the redundancy "
+             "is 0, because then nothing tells; that of cycles is from before links were "
+             "removed.</span>");
 }
 
 }  // namespace

@@ -58,7 +58,8 @@ GateRecord JudgeCheckPoints(double limit_mm, const std::vector<GeoreferenceRecor
           worst.points > 0 && rmse_mm <= limit_mm};
 }
 
-/// "5 of 6, without S4 (its scan cannot be used)": who is in the main network, and who is not.
+/// "5 of 6 placed together, without S4 (its scan cannot be used)": how many are in the main
+/// network, and who is not.
 std::string PlacedText(const std::vector<PoseRecord>& poses) {
   constexpr std::size_t kNamed = 5;
   std::vector<std::string> missing;
@@ -68,7 +69,7 @@ std::string PlacedText(const std::vector<PoseRecord>& poses) {
                                           ? " (its scan cannot be used)"
                                           : ""));
   }
-  std::string text = fmt::format("{} of {}", CountPlaced(poses), poses.size());
+  std::string text = fmt::format("{} of {} placed together", CountPlaced(poses), poses.size());
   for (std::size_t m = 0; m < std::min(kNamed, missing.size()); ++m) {
     text += (m == 0 ? ", without " : ", ") + missing[m];
   }
@@ -113,8 +114,8 @@ std::vector<GateRecord> JudgeGates(const GateSpec& gates, const std::vector<Pose
   }
   if (gates.require_all_stations) {
     const int placed = CountPlaced(poses);
-    judged.push_back({kAllStations, "all in one network", PlacedText(poses),
-                      placed == static_cast<int>(poses.size())});
+    judged.push_back(
+        {kAllStations, "all", PlacedText(poses), placed == static_cast<int>(poses.size())});
   }
   return judged;
 }

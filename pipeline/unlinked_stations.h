@@ -11,8 +11,8 @@ namespace backsight {
 /// station are doubtful, with what could confirm them; otherwise empty.
 std::string DescribeDoubtful(const std::vector<LinkRecord>& links, const std::string& station);
 
-/// Why a station is not placed: that it has no accepted link, what became of the pairs that were
-/// tried, the most frequent reason first, and of its doubtful ones.
+/// Why a station is not placed: that it has no accepted link, its doubtful ones, and how many of
+/// its pairs ended for which reason, or why none was tried; the most frequent reasons first.
 std::string DescribeUnlinked(const std::vector<LinkRecord>& links, const std::string& station);
 
 }  // namespace backsight

@@ -87,8 +87,14 @@ void PrintRun(const std::string& work, const JobStates& states) {
   fmt::print("\n");
 }
 
+bool HasResults(const RunPlan& plan) {
+  return CountDone(plan.stations) + CountDone(plan.pairs) + CountDone(plan.network) +
+             CountDone(plan.outputs) >
+         0;
+}
+
 /// How the last run ended, and the one that wrote the reports: a run that is killed writes none.
-void PrintLast(const OpenedProject& opened, const JobStates& states) {
+void PrintLast(const OpenedProject& opened, const RunPlan& plan, const JobStates& states) {
   const bool goes_on = HolderOf(opened.work).has_value();  // asked first: a run ends in between
   const bool may_go_on = goes_on || !states.queued.empty() || states.why;
   const std::optional<LatestRun> run = ReadLatestRun(opened.work);
@@ -103,7 +109,7 @@ void PrintLast(const OpenedProject& opened, const JobStates& states) {
   }
   const std::optional<LastRun> report = ReadLastRun(opened.out);
   if (report) fmt::print("last report: {} (exit code {})\n", report->verdict, report->exit_code);
-  if (!run && !report && !may_go_on) {
+  if (!run && !report && !may_go_on && states.jobs.jobs.empty() && !HasResults(plan)) {
     fmt::print(
         "no run has left anything in {} or {}; one with --out or --work is found with the "
         "same options\n",
@@ -164,7 +170,7 @@ int StatusCommand(const RunFolders& folders) {
   PrintGroup(plan.all_pairs ? "pairs" : "pairs of the stored network", plan.pairs);
   PrintGroup("network", plan.network);
   PrintGroup("outputs", plan.outputs);
-  PrintLast(opened, states);
+  PrintLast(opened, plan, states);
   return kComplete;
 }
 

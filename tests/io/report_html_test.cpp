@@ -127,17 +127,6 @@ TEST(ReportHtml, ExplainsTheReasonsThatOccur) {
   EXPECT_THAT(html, Not(HasSubstr("<tr><td>out of memory</td>")));
 }
 
-TEST(ReportHtml, ShowsNoSigmaFactorWhereNothingIsRedundant) {
-  RunRecord run = SampleRun();
-  ASSERT_FALSE(run.components.empty());
-  run.components.resize(1);
-  run.components[0].redundancy = 6;
-  run.components[0].sigma_factor = 1.2345;
-  EXPECT_THAT(Html(run), HasSubstr("<td class=\"n\">6</td><td class=\"n\">1.23</td>"));
-  run.components[0].redundancy = 0;
-  EXPECT_THAT(Html(run), HasSubstr("<td class=\"n\">0</td><td class=\"n\"></td>"));
-}
-
 TEST(ReportHtml, DrawsHowWellItIsDetermined) {
   const std::string html = ReportHtml(SampleReport());
   EXPECT_EQ(Count(html, "<ellipse class=\"sigma\" rx="), 10U);

@@ -99,17 +99,17 @@ TEST(JudgeGates, NamesTheStationsThatAreNotPlaced) {
   RunRecord run = WholeRun();
   const auto judge = [&] { return JudgeGates(gates, run.poses, {}).at(0); };
   EXPECT_TRUE(judge().passed);
-  EXPECT_EQ(judge().value, "4 of 4");
+  EXPECT_EQ(judge().value, "4 of 4 placed together");
   run.poses[1].station = "B";
   run.poses[2].station = "C";
   run.poses[1].status = StationStatus::kUnreadable;
   run.poses[2].component = 1;
   EXPECT_FALSE(judge().passed);
-  EXPECT_EQ(judge().value, "2 of 4, without B (its scan cannot be used), C");
+  EXPECT_EQ(judge().value, "2 of 4 placed together, without B (its scan cannot be used), C");
   run.gates = {judge()};
   EXPECT_EQ(Judged(run).verdict,
-            "Gate require_all_stations failed: 2 of 4, without B (its scan cannot be used), C "
-            "(limit all in one network).");
+            "Gate require_all_stations failed: 2 of 4 placed together, without B (its scan cannot "
+            "be used), C (limit all).");
 }
 
 TEST(JudgeGates, CheckPointsMustBeThere) {

@@ -1,5 +1,6 @@
 #include "pipeline/unlinked_stations.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -59,10 +60,27 @@ TEST(UnlinkedStations, TellWhatBecameOfTheirPairs) {
                               "alike, as where a scene repeats or is symmetric), 1 failed, 1 low "
                               "overlap (too little of the two clouds would lie on each other)"));
   EXPECT_EQ(DescribeUnlinked(links, "E"),
-            "no accepted link to any other station; none of its pairs was tried");
+            "no accepted link to any other station; none of its pairs was tried: 1 not similar "
+            "(other pairs of the two parts were more alike)");
 }
 
-TEST(LinkReasons, EveryReasonThatIsGivenHasAMeaning) {
+TEST(UnlinkedStations, NameNoMoreThanCanBeRead) {
+  std::vector<LinkRecord> links;
+  for (int i = 1; i <= 11; ++i) {
+    links.push_back(Link("S0", fmt::format("T{}", i), LinkStatus::kDoubtful, "ambiguous"));
+  }
+  EXPECT_THAT(DescribeDoubtful(links, "S0"), HasSubstr("T10 and others, which no loop"));
+  EXPECT_THAT(DescribeDoubtful(links, "S0"), Not(HasSubstr("T11")));
+  for (const char* reason : {"undetermined", "low_overlap", "contradicts_prior"}) {
+    links.push_back(Link("S0", "U", LinkStatus::kRejected, reason));
+  }
+  const std::string text = DescribeUnlinked(links, "S0");
+  EXPECT_THAT(text, HasSubstr("of 14 pair(s) that were tried: 11 ambiguous ("));
+  EXPECT_THAT(text, HasSubstr("1 low overlap (too little of the two clouds would lie on each "
+                              "other) and other reasons"));
+}
+
+TEST(LinkReasons, OfPairsAndLinksHaveMeanings) {
   std::vector<std::string> reasons = {"refuted_by_views", "unusable_station"};
   using Reason = VerificationResult::Reason;
   for (int r = static_cast<int>(Reason::kNone) + 1;
