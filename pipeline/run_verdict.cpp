@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 
+#include "pipeline/name_list.h"
 #include "pipeline/survey_pipeline.h"
 
 namespace backsight {
@@ -69,11 +70,9 @@ std::string PlacedText(const std::vector<PoseRecord>& poses) {
                                           ? " (its scan cannot be used)"
                                           : ""));
   }
-  std::string text = fmt::format("{} of {} placed together", CountPlaced(poses), poses.size());
-  for (std::size_t m = 0; m < std::min(kNamed, missing.size()); ++m) {
-    text += (m == 0 ? ", without " : ", ") + missing[m];
-  }
-  return text + (missing.size() > kNamed ? " and others" : "");
+  const std::string placed =
+      fmt::format("{} of {} placed together", CountPlaced(poses), poses.size());
+  return missing.empty() ? placed : placed + ", without " + FirstNames(missing, kNamed);
 }
 
 /// False if there is control and it does not place the main network.

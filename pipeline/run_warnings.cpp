@@ -1,9 +1,7 @@
 #include "pipeline/run_warnings.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
-#include <algorithm>
 #include <set>
 #include <string>
 #include <string_view>
@@ -11,18 +9,11 @@
 
 #include "io/html_table.h"
 #include "pipeline/ground_records.h"
+#include "pipeline/name_list.h"
 #include "pipeline/unlinked_stations.h"
 
 namespace backsight {
 namespace {
-
-/// The first ten, and whether there are others.
-std::string FirstOf(const std::vector<std::string>& names) {
-  constexpr std::size_t kNamed = 10;
-  const auto end = names.begin() + static_cast<std::ptrdiff_t>(std::min(kNamed, names.size()));
-  return fmt::format("{}{}", fmt::join(names.begin(), end, ", "),
-                     names.size() > kNamed ? " and others" : "");
-}
 
 void AddPoseWarnings(RunRecord* run) {
   for (const PoseRecord& pose : run->poses) {
@@ -77,7 +68,7 @@ void AddWeakLinkWarning(RunRecord* run) {
       "tunnel: {}; see the weakest sigma of the links; where they are all that leads on, the "
       "stations' sigmas along it may be several times too small, which control at the far end "
       "tells",
-      weak.size(), FirstOf(weak)));
+      weak.size(), FirstNames(weak)));
 }
 
 /// Accepted links that no figure and no picture of distances speaks of.
@@ -99,7 +90,7 @@ void AddDistanceWarnings(RunRecord* run) {
       "{} accepted link(s) join stations of which no surfaces were compared, so that the distances "
       "say nothing of them (no planes in common, or none near each other): {}; look at both in the "
       "cross sections",
-      silent.size(), FirstOf(silent)));
+      silent.size(), FirstNames(silent)));
 }
 
 /// Stations whose pairs showed that their scanners stood elsewhere than their scans say.

@@ -1,7 +1,6 @@
 #include "pipeline/unlinked_stations.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <map>
@@ -9,6 +8,7 @@
 
 #include "io/html_table.h"
 #include "io/link_reasons.h"
+#include "pipeline/name_list.h"
 
 namespace backsight {
 namespace {
@@ -55,7 +55,6 @@ std::string DescribePairs(const std::vector<LinkRecord>& links, const std::strin
 }  // namespace
 
 std::string DescribeDoubtful(const std::vector<LinkRecord>& links, const std::string& station) {
-  constexpr std::size_t kNamed = 10;
   std::vector<std::string> others;
   bool untried = false;
   for (const LinkRecord& link : links) {
@@ -65,13 +64,10 @@ std::string DescribeDoubtful(const std::vector<LinkRecord>& links, const std::st
     others.push_back(link.source == station ? link.target : link.source);
   }
   if (others.empty()) return "";
-  const bool are_many = others.size() > kNamed;
-  others.resize(std::min(others.size(), kNamed));
   return fmt::format(
-      "; doubtful ones to {}{}, which no loop of other links confirms: a further station that "
+      "; doubtful ones to {}, which no loop of other links confirms: a further station that "
       "overlaps with both sides could{}",
-      fmt::join(others, ", "), are_many ? " and others" : "",
-      untried ? ", or pairs that were not tried (pairs: include)" : "");
+      FirstNames(others), untried ? ", or pairs that were not tried (pairs: include)" : "");
 }
 
 std::string DescribeUnlinked(const std::vector<LinkRecord>& links, const std::string& station) {
