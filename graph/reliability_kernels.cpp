@@ -48,17 +48,6 @@ struct RootlessTest {
   static constexpr float kSquare = 4e-10F;
 };
 
-/// Whether lengths of these squares may differ by less than the limit.
-template <class D>
-HWY_INLINE hn::Mask<D> MayAgree(D d, hn::Vec<D> in_source, hn::Vec<D> in_target,
-                                const RootlessTest& test) {
-  const auto sum = hn::Add(in_source, in_target);
-  const auto apart = hn::Sub(in_source, in_target);
-  const auto bound =
-      hn::Mul(sum, hn::MulAdd(sum, hn::Set(d, test.kSquare), hn::Set(d, test.linear)));
-  return hn::Le(hn::Mul(apart, apart), bound);
-}
-
 /// Rows from b on that may be compatible with row a. Not the same bits on every instruction set,
 /// because a product and a sum are rounded together where that is faster; what is left out is
 /// compatible on none.
@@ -72,7 +61,11 @@ HWY_INLINE hn::Mask<D> MayAgree(D d, const ColumnView& c, std::size_t a, std::si
   const auto vx = difference(c.px), vy = difference(c.py), vz = difference(c.pz);
   const auto in_source = hn::MulAdd(ux, ux, hn::MulAdd(uy, uy, hn::Mul(uz, uz)));
   const auto in_target = hn::MulAdd(vx, vx, hn::MulAdd(vy, vy, hn::Mul(vz, vz)));
-  return MayAgree(d, in_source, in_target, test);
+  const auto sum = hn::Add(in_source, in_target);
+  const auto apart = hn::Sub(in_source, in_target);
+  const auto bound =
+      hn::Mul(sum, hn::MulAdd(sum, hn::Set(d, test.kSquare), hn::Set(d, test.linear)));
+  return hn::Le(hn::Mul(apart, apart), bound);
 }
 
 /// exp(-y) for 0 <= y <= 2/3, relative error below 3e-7.
