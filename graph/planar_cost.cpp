@@ -80,16 +80,26 @@ Eigen::Matrix<double, 3, 2> InverseWidths(const Eigen::Matrix3d& covariance,
   return axes;
 }
 
+/// What turning a station's points in circles adds to the second derivative of the sum of their
+/// offsets from the plane, each weighted by itself. `pulled`: sum over its points of offset * p.
+Eigen::Matrix3d TurningPart(const Eigen::Vector3d& u, const Eigen::Vector3d& pulled) {
+  return 0.5 * (u * pulled.transpose() + pulled * u.transpose()) -
+         u.dot(pulled) * Eigen::Matrix3d::Identity();
+}
+
 /// The plane's terms from the cluster of all its points, and their fit; but for the parts of
 /// `unneeded_station`.
 void SetTerms(const WeightedPlane& plane, std::span<const RigidTransform> poses,
-              int unneeded_station, const PointCluster& joint, const PlaneFit& fit,
-              PlaneTerms* terms) {
+              int unneeded_station, PlaneCurvature curvature, const PointCluster& joint,
+              const PlaneFit& fit, PlaneTerms* terms) {
   // Symbols as in docs/stages/fine_registration.md, with the joint centroid as origin.
   const Eigen::Vector3d& u = fit.normal;
   const double n = joint.count;
   const double scale = 2.0 * plane.weight / n;
-  const Eigen::Matrix<double, 3, 2> in_plane = InverseWidths(joint.Covariance(), u);
+  const bool exact = curvature == PlaneCurvature::kExact;
+  const double stiffening = exact ? fit.eigenvalues[0] : 0.0;
+  const Eigen::Matrix<double, 3, 2> in_plane =
+      InverseWidths(joint.Covariance() - stiffening * Eigen::Matrix3d::Identity(), u);
   terms->cost = plane.weight * std::max(fit.eigenvalues[0], 0.0);
   terms->parts.resize(plane.observations.size());
   for (std::size_t j = 0; j < terms->parts.size(); ++j) {
@@ -100,15 +110,22 @@ void SetTerms(const WeightedPlane& plane, std::span<const RigidTransform> poses,
     const Eigen::Vector3d offset = cluster.mean - joint.mean;
     const Eigen::Vector3d v = cluster.count * offset;
     const Eigen::Matrix3d moment = cluster.scatter + v * offset.transpose();
+    const Eigen::Vector3d along = moment * u;
     PlaneTerms::Part& part = terms->parts[j];
-    part.gradient = scale * AboutOrigin((moment * u).cross(u), v.dot(u) * u, joint.mean);
+    part.gradient = scale * AboutOrigin(along.cross(u), v.dot(u) * u, joint.mean);
     part.held = scale * HeldPlaneMatrix(moment, v, cluster.count, u, joint.mean);
+    if (exact) {
+      part.held.topLeftCorner<3, 3>() += scale * TurningPart(u, along + v.dot(u) * joint.mean);
+    }
     const double root = std::sqrt(scale / n);
     part.coupling.col(0) = root * AboutOrigin(v.cross(u), cluster.count * u, joint.mean);
     for (int m = 0; m < 2; ++m) {
       const Eigen::Vector3d t = in_plane.col(m);
       part.coupling.col(m + 1) =
           root * AboutOrigin((moment * t).cross(u), v.dot(t) * u, joint.mean);
+      if (exact) {
+        part.coupling.col(m + 1) += root * AboutOrigin(along.cross(t), v.dot(u) * t, joint.mean);
+      }
     }
   }
 }
@@ -121,12 +138,13 @@ PointCluster JointCluster(const WeightedPlane& plane, std::span<const RigidTrans
   return joint;
 }
 
-PlaneTerms ComputePlaneTerms(const WeightedPlane& plane, std::span<const RigidTransform> poses) {
+PlaneTerms ComputePlaneTerms(const WeightedPlane& plane, std::span<const RigidTransform> poses,
+                             PlaneCurvature curvature) {
   const PointCluster joint = JointCluster(plane, poses);
   PlaneFit fit;
   FitPlanes(std::span(&joint, 1), /*normals=*/true, std::span(&fit, 1));
   PlaneTerms terms;
-  SetTerms(plane, poses, /*unneeded_station=*/-1, joint, fit, &terms);
+  SetTerms(plane, poses, /*unneeded_station=*/-1, curvature, joint, fit, &terms);
   return terms;
 }
 
@@ -165,7 +183,7 @@ void NormalEquationsAssembler::AddPlanes(const PlanarProblem& problem,
   terms_.resize(planes.size());
   FitJointly(planes, poses, problem.context, /*normals=*/true,
              [&](std::size_t k, const PointCluster& joint, const PlaneFit& fit) {
-               SetTerms(planes[k], poses, unneeded, joint, fit, &terms_[k]);
+               SetTerms(planes[k], poses, unneeded, problem.curvature, joint, fit, &terms_[k]);
              });
   of_station_.resize(poses.size());
   for (std::vector<Place>& places : of_station_) places.clear();

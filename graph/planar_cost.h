@@ -21,6 +21,15 @@ struct WeightedPlane {
 /// The cluster of all points of a plane at these poses, world.
 PointCluster JointCluster(const WeightedPlane& plane, std::span<const RigidTransform> poses);
 
+/// Second derivatives of a plane's cost.
+enum class PlaneCurvature {
+  kGaussNewton,  ///< never negative, as if the normal at hand were the true one
+  /// Of the cost itself, in which the normal follows the patches. Where planes all contain a
+  /// direction, the errors of their normals seem to hold patches with their centroids upon each
+  /// other: Gauss-Newton takes that for knowledge, the cost itself does not.
+  kExact,
+};
+
 /// All that is minimised. `context` (may be null: one thread) changes the time, not a bit of the
 /// result.
 struct PlanarProblem {
@@ -29,6 +38,7 @@ struct PlanarProblem {
   const ExecutionContext* context = nullptr;
   /// A station whose rows and columns nobody needs: planes leave them zero. -1: none.
   int unneeded_station = -1;
+  PlaneCurvature curvature = PlaneCurvature::kGaussNewton;
 };
 
 /// One plane's part of the normal equations with the plane itself eliminated. The block of its
@@ -44,7 +54,8 @@ struct PlaneTerms {
   std::vector<Part> parts;  ///< one per observation
 };
 
-PlaneTerms ComputePlaneTerms(const WeightedPlane& plane, std::span<const RigidTransform> poses);
+PlaneTerms ComputePlaneTerms(const WeightedPlane& plane, std::span<const RigidTransform> poses,
+                             PlaneCurvature curvature = PlaneCurvature::kGaussNewton);
 
 /// lambda_1 of every plane at `poses` (world_from_station), m^2.
 std::vector<double> PlaneThicknesses(std::span<const WeightedPlane> planes,
@@ -56,7 +67,7 @@ double PlanarCost(const PlanarProblem& problem, std::span<const RigidTransform> 
 double PlanarCost(std::span<const WeightedPlane> planes, std::span<const PosePrior> priors,
                   std::span<const RigidTransform> poses);
 
-/// Cost, gradient and Gauss-Newton matrix (docs/stages/fine_registration.md, after BALM2's
+/// Cost, gradient and matrix of second derivatives (docs/stages/fine_registration.md, after BALM2's
 /// elimination of plane parameters, doi 10.1109/TRO.2023.3335670). The planes' part of the matrix
 /// is the Schur complement of the point-to-plane normal matrix after elimination of the planes:
 /// always positive semi-definite, and it annihilates a common rigid motion. Dense, 36 M^2 doubles

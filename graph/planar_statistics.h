@@ -2,9 +2,8 @@
 
 #include <Eigen/Core>
 #include <span>
-#include <vector>
 
-#include "graph/planar_cost.h"
+#include "graph/block_equations.h"
 
 namespace backsight {
 
@@ -19,34 +18,22 @@ struct PlaneAgreement {
 
 PlaneAgreement Agreement(const WeightedPlane& plane, std::span<const RigidTransform> poses);
 
-/// Pull of some other observation of a relative pose, as it adds to the normal equations:
-/// `gradient` to the source's rows, its negative to the target's, and `matrix` likewise.
-struct LinkScore {
-  int source = 0;
-  int target = 0;
-  Vector6d gradient;  ///< left perturbations of survey_from_station
-  Matrix6d matrix;
-  Eigen::Vector3d center;  ///< where it was observed, survey frame
-};
-
 /// Estimated ratio of true to formal variance of the poses.
 struct VarianceFactor {
   double factor = 1.0;
   double effective_blocks = 0.0;  ///< how many equal independent blocks would tell as much
 };
 
-/// From the scatter of the observations' pulls on the poses: planes, then `scores`, are gathered in
-/// blocks (`block[k]`, any numbers) whose errors are taken as independent of each other, but not of
-/// one another within. With g_b, G_b a block's gradient and Gauss-Newton matrix at the minimum and
-/// C the formal joint covariance (6 rows per pose, zero for the fixed station),
+/// From the scatter of the observations' pulls on the poses, gathered in blocks whose errors are
+/// taken as independent of each other, but not of one another within. With g_b, G_b a block's
+/// gradient and Gauss-Newton matrix at the minimum and C the formal joint covariance (6 rows per
+/// pose, zero for the fixed station),
 ///   factor = sum_b g_b^T C g_b / sum_b [tr(C G_b) - tr(C G_b C G_b)],
 /// whose expectation is 1 where weights are honest and blocks independent, the second trace being
 /// what the adjustment itself takes out of a block's pull. It is the scalar form of the
 /// cluster-robust covariance (Liang and Zeger 1986, doi 10.1093/biomet/73.1.13; leverage as in Bell
 /// and McCaffrey 2002). Blocks are worked on side by side and summed in order.
-VarianceFactor EstimateVarianceFactor(std::span<const WeightedPlane> planes,
-                                      std::span<const LinkScore> scores,
-                                      std::span<const std::uint64_t> block,
+VarianceFactor EstimateVarianceFactor(const BlockMembers& members,
                                       std::span<const RigidTransform> poses,
                                       const Eigen::MatrixXd& covariance,
                                       const ExecutionContext& context);

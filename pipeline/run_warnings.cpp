@@ -66,7 +66,7 @@ void AddWeakLinkWarning(RunRecord* run) {
   run->warnings.push_back(fmt::format(
       "{} accepted link(s) do not know one direction to 5 mm by themselves, as along a street or a "
       "tunnel: {}; see the weakest sigma of the links; where they are all that leads on, the "
-      "stations' sigmas along it may be several times too small, which control at the far end "
+      "stations' sigmas along it may be two or three times too small, which control at the far end "
       "tells",
       weak.size(), FirstNames(weak)));
 }

@@ -5,7 +5,9 @@
 #include <cmath>
 
 #include "core/voxel_grid.h"
+#include "graph/jackknife_scatter.h"
 #include "graph/planar_statistics.h"
+#include "stages/principal_motions.h"
 
 namespace backsight {
 namespace {
@@ -20,8 +22,8 @@ void ChooseVarianceFactor(const PrecisionInput& input, const Eigen::MatrixXd& fo
   for (int step = 0; step < kDoublings; ++step) {
     const double edge = input.smallest_block_m * std::pow(2.0, step);
     const std::vector<std::uint64_t> blocks = SpatialBlocks(input, edge);
-    const VarianceFactor estimate =
-        EstimateVarianceFactor(input.planes, input.surfaces, blocks, input.poses, formal, context);
+    const VarianceFactor estimate = EstimateVarianceFactor({input.planes, input.surfaces, blocks},
+                                                           input.poses, formal, context);
     if (step > 0 && estimate.effective_blocks < kFewestBlocks) break;
     if (estimate.factor > best) {
       best = estimate.factor;
@@ -60,82 +62,75 @@ void AddFloor(std::span<const RigidTransform> poses, const PrecisionFloor& floor
   }
 }
 
-/// Per station: balanced parameters [lever * rotation; shift] about its planes' centre from xi.
-std::vector<Matrix6d> Balances(const PrecisionInput& input) {
-  const std::span<const RigidTransform> poses = input.poses;
-  struct Sums {
-    double count = 0.0;
-    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-    double squared = 0.0;
-  };
-  std::vector<Sums> sums(poses.size());
-  for (const WeightedPlane& plane : input.planes) {
-    for (const PlaneObservation& o : plane.observations) {
-      const auto s = static_cast<std::size_t>(o.station);
-      const Eigen::Vector3d offset = poses[s] * o.cluster.mean - sums[s].mean;
-      sums[s].count += 1.0;
-      sums[s].mean += offset / sums[s].count;
-      sums[s].squared += offset.dot(poses[s] * o.cluster.mean - sums[s].mean);
-    }
-  }
-  std::vector<Matrix6d> balances;
-  for (std::size_t s = 0; s < poses.size(); ++s) {
-    const bool seen = sums[s].count > 1.0;
-    const Eigen::Vector3d center = seen ? sums[s].mean : poses[s].translation;
-    constexpr double kShortestLever = 0.1;
-    const double lever =
-        std::max(seen ? std::sqrt(sums[s].squared / sums[s].count) : 1.0, kShortestLever);
-    Matrix6d balance = Matrix6d::Identity();
-    balance.topLeftCorner<3, 3>() *= lever;
-    balance.bottomLeftCorner<3, 3>() = -Skew(center);
-    balances.push_back(balance);
-  }
-  return balances;
+void AddLink(const LinkScore& score, const Matrix6d& information, Eigen::MatrixXd* matrix) {
+  const Eigen::Index i = 6 * score.source;
+  const Eigen::Index j = 6 * score.target;
+  matrix->block<6, 6>(i, i) += information;
+  matrix->block<6, 6>(j, j) += information;
+  matrix->block<6, 6>(i, j) -= information;
+  matrix->block<6, 6>(j, i) -= information;
 }
 
-/// Power iteration on the balanced covariance: an eigenvalue problem of all stations would take
-/// minutes where there are hundreds.
-WeakestMotion FindWeakest(const PrecisionInput& input, const Eigen::MatrixXd& covariance) {
-  const std::vector<Matrix6d> balances = Balances(input);
-  const auto apply = [&](const Eigen::VectorXd& v, bool transposed) {
-    Eigen::VectorXd out(v.size());
-    for (std::size_t s = 0; s < balances.size(); ++s) {
-      const auto row = static_cast<Eigen::Index>(6 * s);
-      if (transposed) {
-        out.segment<6>(row) = balances[s].transpose() * v.segment<6>(row);
-      } else {
-        out.segment<6>(row) = balances[s] * v.segment<6>(row);
-      }
-    }
-    return out;
-  };
-  Eigen::VectorXd v(covariance.rows());
-  for (Eigen::Index i = 0; i < v.size(); ++i) v[i] = 1.0 + 0.1 * std::sin(static_cast<double>(i));
-  v.head<6>().setZero();
-  v.normalize();
-  double eigenvalue = 0.0;
-  constexpr int kIterations = 300;
-  for (int i = 0; i < kIterations; ++i) {
-    const Eigen::VectorXd next = apply(covariance * apply(v, true), false);
-    const double norm = next.norm();
-    if (!(norm > 0.0)) break;
-    const bool settled = std::abs(norm - eigenvalue) < 1e-9 * norm;
-    eigenvalue = norm;
-    v = next / norm;
-    if (settled) break;
+/// How the poses really resist motions: the exact curvature of the planes, the surfaces across
+/// themselves, and all else.
+Eigen::MatrixXd Resistance(const PrecisionInput& input, const Eigen::MatrixXd& of_others,
+                           const ExecutionContext& context) {
+  PlanarProblem problem{input.planes, {}, &context};
+  problem.curvature = PlaneCurvature::kExact;
+  Eigen::MatrixXd matrix =
+      input.robust_slope * AssembleNormalEquations(problem, input.poses).matrix + of_others;
+  for (const LinkScore& score : input.surfaces) AddLink(score, score.known, &matrix);
+  return matrix;
+}
+
+/// The inverse of the resistance; where that is not definite, mixed with as much of the formal
+/// information as it takes.
+Eigen::MatrixXd InvertResistance(const Eigen::MatrixXd& resistance, const Eigen::MatrixXd& formal) {
+  constexpr int kShares = 8;
+  for (int share = 0; share < kShares; ++share) {
+    const double of_formal = static_cast<double>(share) / kShares;
+    Eigen::MatrixXd inverse =
+        InvertInformation((1.0 - of_formal) * resistance + of_formal * formal);
+    if (inverse.size() != 0) return inverse;
   }
-  WeakestMotion weakest;
-  weakest.sigma_m = std::sqrt(eigenvalue);
-  weakest.direction = v;
+  return InvertInformation(formal);
+}
+
+/// By how much the variance of every motion (a column of `dual`, their product with the claimed
+/// information) is larger than the one claimed: by the scatter of the blocks' pulls and how the
+/// poses resist them. One variance factor for all motions is that of most of them, not of the few
+/// that hardly any surface faces. Never below zero: the scatter is an estimate, too.
+Eigen::VectorXd ExcessVariances(const PrecisionInput& input, const Eigen::MatrixXd& formal,
+                                const Eigen::MatrixXd& of_others, const Eigen::MatrixXd& dual,
+                                double block_m, const ExecutionContext& context) {
+  const Eigen::MatrixXd inverse = InvertResistance(Resistance(input, of_others, context), formal);
+  const std::vector<std::uint64_t> blocks = SpatialBlocks(input, block_m);
+  const Eigen::MatrixXd scatter =
+      JackknifeScatter({input.planes, input.surfaces, blocks}, input.poses, input.robust_slope,
+                       inverse, context) +
+      of_others;
+  const Eigen::MatrixXd pulled = inverse * dual;
+  const Eigen::VectorXd variances =
+      pulled.cwiseProduct(scatter * pulled).colwise().sum().transpose();
+  return (variances.array() - 1.0).max(0.0);
+}
+
+WeakestMotion WeakestOf(const PrincipalMotions& motions, const Eigen::VectorXd& excess) {
+  const Eigen::VectorXd sigmas =
+      motions.sigmas_m.cwiseProduct((1.0 + excess.array()).sqrt().matrix());
+  Eigen::Index weakest = 0;
+  WeakestMotion motion;
+  motion.sigma_m = sigmas.maxCoeff(&weakest);
+  motion.direction = motions.directions.col(weakest);
   double most = -1.0;
-  for (std::size_t s = 0; s < balances.size(); ++s) {
-    const double moves = v.segment<6>(static_cast<Eigen::Index>(6 * s)).norm();
+  for (Eigen::Index row = 0; row < motion.direction.size(); row += 6) {
+    const double moves = motion.direction.segment<6>(row).norm();
     if (moves > most) {
       most = moves;
-      weakest.station = static_cast<int>(s);
+      motion.station = static_cast<int>(row / 6);
     }
   }
-  return weakest;
+  return motion;
 }
 
 }  // namespace
@@ -169,14 +164,7 @@ std::vector<std::uint64_t> SpatialBlocks(const PrecisionInput& input, double edg
 Eigen::MatrixXd ScanInformation(const PrecisionInput& input, const ExecutionContext& context) {
   Eigen::MatrixXd matrix =
       AssembleNormalEquations({input.planes, {}, &context}, input.poses).matrix;
-  for (const LinkScore& score : input.surfaces) {
-    const Eigen::Index i = 6 * score.source;
-    const Eigen::Index j = 6 * score.target;
-    matrix.block<6, 6>(i, i) += score.matrix;
-    matrix.block<6, 6>(j, j) += score.matrix;
-    matrix.block<6, 6>(i, j) -= score.matrix;
-    matrix.block<6, 6>(j, i) -= score.matrix;
-  }
+  for (const LinkScore& score : input.surfaces) AddLink(score, score.matrix, &matrix);
   return matrix;
 }
 
@@ -189,9 +177,15 @@ NetworkPrecision ComputePrecision(const PrecisionInput& input, const PrecisionFl
   const Eigen::MatrixXd formal = InvertInformation(of_scans + of_others);
   if (formal.size() == 0) return precision;
   ChooseVarianceFactor(input, formal, context, &precision);
-  precision.covariance = InvertInformation(of_scans / precision.variance_factor + of_others);
+  const Eigen::MatrixXd claimed = of_scans / precision.variance_factor + of_others;
+  precision.covariance = InvertInformation(claimed);
   if (precision.covariance.size() == 0) return precision;
-  precision.weakest = FindWeakest(input, precision.covariance);
+  const PrincipalMotions motions =
+      FindPrincipalMotions(input.planes, input.poses, precision.covariance);
+  const Eigen::VectorXd excess = ExcessVariances(
+      input, of_scans + of_others, of_others, claimed * motions.steps, precision.block_m, context);
+  precision.covariance += motions.steps * excess.asDiagonal() * motions.steps.transpose();
+  precision.weakest = WeakestOf(motions, excess);
   AddFloor(input.poses, floor, &precision.covariance);
   precision.valid = true;
   return precision;

@@ -41,7 +41,10 @@ struct PrecisionInput {
   double robust_slope = 1.0;              ///< PlaneWeights::slope
 };
 
-/// Covariance (information of planes and surfaces / variance factor + others')^-1 plus the floor.
+/// Covariance (information of planes and surfaces / variance factor + others')^-1, larger for those
+/// principal motions of it whose blocks scatter more than that or whose information was none, plus
+/// the floor (docs/stages/network_refinement.md#uncertainty). Time: some (6 M)^3 products for M
+/// stations, and those of the blocks' stations.
 NetworkPrecision ComputePrecision(const PrecisionInput& input, const PrecisionFloor& floor,
                                   const ExecutionContext& context);
 

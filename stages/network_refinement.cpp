@@ -208,15 +208,13 @@ class Refinement {
                           AssembleNormalEquations({{}, input.others, nullptr}, poses).matrix);
     if (formal.size() == 0) return;
     const double edge = 4.0 * options_.root_edge * l_;
-    const PrecisionInput planes{input.planes, {}, {}, poses, edge};
-    const PrecisionInput surfaces{{}, input.surfaces, {}, poses, edge};
-    const double of_planes = EstimateVarianceFactor(input.planes, {}, SpatialBlocks(planes, edge),
-                                                    poses, formal, context_)
-                                 .factor;
-    const double of_surfaces =
-        EstimateVarianceFactor({}, input.surfaces, SpatialBlocks(surfaces, edge), poses, formal,
-                               context_)
-            .factor;
+    const auto factor = [&](const PrecisionInput& group) {
+      const std::vector<std::uint64_t> blocks = SpatialBlocks(group, edge);
+      return EstimateVarianceFactor({group.planes, group.surfaces, blocks}, poses, formal, context_)
+          .factor;
+    };
+    const double of_planes = factor({input.planes, {}, {}, poses, edge});
+    const double of_surfaces = factor({{}, input.surfaces, {}, poses, edge});
     result_.surface_factor *= of_surfaces / of_planes;
   }
 

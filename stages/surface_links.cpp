@@ -18,6 +18,7 @@ constexpr std::size_t kFewestMatches = 100;
 struct Sums {
   Vector6d gradient = Vector6d::Zero();
   Matrix6d matrix = Matrix6d::Zero();
+  Matrix6d known = Matrix6d::Zero();
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
   double count = 0.0;
 };
@@ -116,6 +117,9 @@ SurfaceMatcher::LinkResult SurfaceMatcher::ObserveLink(const PoseGraphLink& link
     const Eigen::Vector3d in_survey = survey_from_target * m.fixed;
     Sums& sums = blocks[lattice.Key(in_survey)];
     sums.matrix += weighted * jacobian;
+    const Eigen::Vector3d normal = (m.moved_normal + m.fixed_normal).normalized();
+    const Vector6d turned = jacobian.transpose() * normal;
+    sums.known += normal.dot(weight * normal) * turned * turned.transpose();
     sums.gradient += weighted * (m.moved - m.fixed);
     sums.center += in_survey;
     sums.count += 1.0;
@@ -128,7 +132,7 @@ SurfaceMatcher::LinkResult SurfaceMatcher::ObserveLink(const PoseGraphLink& link
     total.gradient += sums.gradient;
     result.scores.push_back({link.source, link.target, adjoint.transpose() * sums.gradient,
                              adjoint.transpose() * sums.matrix * adjoint,
-                             sums.center / sums.count});
+                             adjoint.transpose() * sums.known * adjoint, sums.center / sums.count});
   }
   const Vector6d step = -total.matrix.ldlt().solve(total.gradient);
   if (!step.allFinite()) return {};

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
+#include <cmath>
 
 #include "graph/planar_adjustment.h"
 #include "tests/support/matchers.h"
@@ -136,6 +137,43 @@ TEST(PlanarCost, MatrixIsCloseToTheHessianAtTheMinimum) {
       EXPECT_LT((actual - expected).norm(), 0.03 * expected.norm());
     }
   }
+}
+
+/// The matrix of exact curvature.
+Eigen::MatrixXd ExactMatrix(const std::vector<WeightedPlane>& planes, const Poses& poses) {
+  PlanarProblem problem{planes, {}, nullptr};
+  problem.curvature = PlaneCurvature::kExact;
+  return AssembleNormalEquations(problem, poses).matrix;
+}
+
+TEST(PlanarCost, ExactCurvatureEqualsFiniteDifferencesAnywhere) {
+  for (int stations = 2; stations <= 4; ++stations) {
+    const auto [scene, poses] = DisturbedScene(20 + static_cast<std::uint64_t>(stations), stations);
+    const Eigen::MatrixXd hessian = NumericHessian(scene.planes, {}, poses, 1e-4);
+    const Eigen::MatrixXd exact = ExactMatrix(scene.planes, poses);
+    EXPECT_LT((exact - hessian).norm(), 1e-4 * hessian.norm()) << stations;
+    const Eigen::MatrixXd gauss_newton = AssembleNormalEquations(scene.planes, {}, poses).matrix;
+    EXPECT_GT((exact - gauss_newton).norm(), 1e-3 * hessian.norm()) << "the difference is tested";
+  }
+}
+
+TEST(PlanarCost, OnlyGaussNewtonTakesErrorsOfNormalsForKnowledge) {
+  // Nothing but patches of two opposite walls: of shifts along them nobody knows anything.
+  double gauss_newton = 0.0;
+  double exact = 0.0;
+  constexpr int kSeeds = 20;
+  for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+    const SyntheticPlanes scene =
+        MakePlanes(seed, {.stations = 2,
+                          .planes = 100,
+                          .noise_m = 0.01,
+                          .normals = SyntheticPlaneOptions::Normals::kParallel});
+    const Poses& truth = scene.world_from_station;
+    gauss_newton += AssembleNormalEquations(scene.planes, {}, truth).matrix(9, 9);
+    exact += ExactMatrix(scene.planes, truth)(9, 9);
+  }
+  EXPECT_GT(gauss_newton, 0.0);
+  EXPECT_LT(std::abs(exact), 0.1 * gauss_newton);
 }
 
 TEST(PlanarCost, TwoStationBlocksEqualThoseOfALargerAssembly) {

@@ -53,7 +53,7 @@ TEST(EstimateVarianceFactor, IsOneForHonestWeightsAndFindsTheirScale) {
       for (WeightedPlane& plane : scene.planes) plane.weight *= scale;
       const auto result = AdjustPlanes(scene.planes, {}, scene.world_from_station, 0, {});
       sum +=
-          EstimateVarianceFactor(scene.planes, {}, OnePlaneABlock(scene.planes.size()),
+          EstimateVarianceFactor({scene.planes, {}, OnePlaneABlock(scene.planes.size())},
                                  result.poses, Covariance(result.information), ExecutionContext(1))
               .factor;
     }
@@ -79,10 +79,10 @@ TEST(EstimateVarianceFactor, SeesErrorsThatNeighboursShare) {
     const auto result = AdjustPlanes(planes, {}, scene.world_from_station, 0, {});
     const Eigen::MatrixXd covariance = Covariance(result.information);
     const ExecutionContext context(1);
-    single += EstimateVarianceFactor(planes, {}, OnePlaneABlock(planes.size()), result.poses,
+    single += EstimateVarianceFactor({planes, {}, OnePlaneABlock(planes.size())}, result.poses,
                                      covariance, context)
                   .factor;
-    blocks += EstimateVarianceFactor(planes, {}, block, result.poses, covariance, context).factor;
+    blocks += EstimateVarianceFactor({planes, {}, block}, result.poses, covariance, context).factor;
   }
   EXPECT_NEAR(single / kSeeds, 1.0, 0.15);
   EXPECT_NEAR(blocks / kSeeds, 4.0, 0.6);
@@ -94,7 +94,7 @@ TEST(EstimateVarianceFactor, ThreadsDoNotChangeABit) {
   const Eigen::MatrixXd covariance = Covariance(result.information);
   const auto blocks = OnePlaneABlock(scene.planes.size());
   const auto factor = [&](int threads) {
-    return EstimateVarianceFactor(scene.planes, {}, blocks, result.poses, covariance,
+    return EstimateVarianceFactor({scene.planes, {}, blocks}, result.poses, covariance,
                                   ExecutionContext(threads))
         .factor;
   };

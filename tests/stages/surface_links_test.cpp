@@ -210,6 +210,25 @@ TEST(SurfaceMatcher, BlocksPullAsTheLinkDoes) {
   }
 }
 
+TEST(SurfaceMatcher, ScoresKnowNothingAlongTheirSurfaces) {
+  std::vector<Patch> level;
+  for (int i = 0; i < 400; ++i) {
+    level.push_back({{0.3 * (i / 20), 0.3 * (i % 20), 1.0}, Eigen::Vector3d::UnitZ()});
+  }
+  const TwoStations two(2, level, kNoise);
+  const SurfaceObservations found = two.Observe();
+  ASSERT_FALSE(found.scores.empty());
+  Eigen::Matrix3d known = Eigen::Matrix3d::Zero();  // of shifts in the survey
+  Eigen::Matrix3d matrix = Eigen::Matrix3d::Zero();
+  for (const LinkScore& score : found.scores) {
+    known += score.known.bottomRightCorner<3, 3>();
+    matrix += score.matrix.bottomRightCorner<3, 3>();
+  }
+  EXPECT_NEAR(known(2, 2), matrix(2, 2), 1e-6 * matrix(2, 2));
+  EXPECT_LT(known(0, 0) + known(1, 1), 1e-9 * known(2, 2));
+  EXPECT_GT(matrix(0, 0) + matrix(1, 1), 1e-5 * matrix(2, 2)) << "what voxels seem to hold";
+}
+
 TEST(SurfaceMatcher, TakesOnlyWhatMatchesAndNoPlaneCovers) {
   const auto matches = [](const TwoStations& two) { return two.Observe().matches; };
   TwoStations two(1, Spheres(), kNoise);
