@@ -1,6 +1,7 @@
 #include "graph/jackknife_scatter.h"
 
-#include <Eigen/LU>
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <vector>
 
@@ -12,10 +13,25 @@ struct Pull {
   Eigen::VectorXd vector;  // 6 rows for each
 };
 
+/// p of JackknifeScatter. With C = K K^T and S = K^T H K, K^T p = (I - S)^-1 K^T g.
 Pull LeftOutPull(const BlockEquations& sum, const Eigen::MatrixXd& covariance) {
-  const Eigen::Index n = sum.matrix.rows();
-  const Eigen::MatrixXd rest = Eigen::MatrixXd::Identity(n, n) - sum.matrix * sum.Part(covariance);
-  return {sum.stations, rest.partialPivLu().solve(sum.gradient)};
+  const Eigen::MatrixXd part = sum.Part(covariance);
+  const Eigen::Index fixed = part.rows() > 0 && part.topRows<6>().isZero(0.0) ? 6 : 0;
+  const Eigen::Index free = part.rows() - fixed;
+  Pull pull{sum.stations, Eigen::VectorXd::Zero(part.rows())};
+  if (free == 0) return pull;
+  const Eigen::LLT<Eigen::MatrixXd> root(part.bottomRightCorner(free, free));
+  const Eigen::MatrixXd lower = root.matrixL();
+  const Eigen::MatrixXd shares =
+      lower.transpose() * sum.matrix.bottomRightCorner(free, free) * lower;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(shares);
+  constexpr double kLeastRest = 0.25;
+  const Eigen::VectorXd rest = (1.0 - solver.eigenvalues().array()).max(kLeastRest);
+  const Eigen::VectorXd along =
+      solver.eigenvectors().transpose() * (lower.transpose() * sum.gradient.tail(free));
+  const Eigen::VectorXd left = solver.eigenvectors() * along.cwiseQuotient(rest);
+  pull.vector.tail(free) = root.matrixU().solve(left);
+  return pull;
 }
 
 void AddSquare(const Pull& pull, Eigen::MatrixXd* scatter) {

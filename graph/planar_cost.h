@@ -70,8 +70,9 @@ double PlanarCost(std::span<const WeightedPlane> planes, std::span<const PosePri
 /// Cost, gradient and matrix of second derivatives (docs/stages/fine_registration.md, after BALM2's
 /// elimination of plane parameters, doi 10.1109/TRO.2023.3335670). The planes' part of the matrix
 /// is the Schur complement of the point-to-plane normal matrix after elimination of the planes:
-/// always positive semi-definite, and it annihilates a common rigid motion. Dense, 36 M^2 doubles
-/// for M stations; time O(observations * stations per plane).
+/// always positive semi-definite, and it annihilates a common rigid motion (neither holds of the
+/// exact curvature). Dense, 36 M^2 doubles for M stations; time O(observations * stations per
+/// plane).
 NormalEquations AssembleNormalEquations(const PlanarProblem& problem,
                                         std::span<const RigidTransform> poses);
 NormalEquations AssembleNormalEquations(std::span<const WeightedPlane> planes,

@@ -1,6 +1,7 @@
 #include "stages/network_precision.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -13,12 +14,18 @@ namespace backsight {
 namespace {
 
 /// Grows the blocks while enough remain to tell, and keeps the largest factor: errors that
-/// neighbouring planes share show only in blocks that hold the neighbours.
-void ChooseVarianceFactor(const PrecisionInput& input, const Eigen::MatrixXd& formal,
-                          const ExecutionContext& context, NetworkPrecision* precision) {
+/// neighbouring planes share show only in blocks that hold the neighbours. Returns the edge of the
+/// blocks that tell most and are enough for single motions, too, which depend on few stations.
+double ChooseVarianceFactor(const PrecisionInput& input, const Eigen::MatrixXd& formal,
+                            const ExecutionContext& context, NetworkPrecision* precision) {
   constexpr double kFewestBlocks = 20.0;  // the factor's own standard error is then about a third
+  constexpr double kFewestPerStation = 4.0;
   constexpr int kDoublings = 5;
+  const double fewest_for_motions =
+      std::max(kFewestBlocks, kFewestPerStation * static_cast<double>(input.poses.size() - 1));
   double best = 0.0;
+  double best_for_motions = 0.0;
+  double edge_for_motions_m = input.smallest_block_m;
   for (int step = 0; step < kDoublings; ++step) {
     const double edge = input.smallest_block_m * std::pow(2.0, step);
     const std::vector<std::uint64_t> blocks = SpatialBlocks(input, edge);
@@ -29,11 +36,16 @@ void ChooseVarianceFactor(const PrecisionInput& input, const Eigen::MatrixXd& fo
       best = estimate.factor;
       precision->block_m = edge;
     }
+    if (estimate.effective_blocks >= fewest_for_motions && estimate.factor > best_for_motions) {
+      best_for_motions = estimate.factor;
+      edge_for_motions_m = edge;
+    }
   }
   // Noise-free data: the covariance must stay invertible.
   constexpr double kSmallestFactor = 1e-6;
   precision->variance_factor =
       std::max(best / (input.robust_slope * input.robust_slope), kSmallestFactor);
+  return edge_for_motions_m;
 }
 
 /// From a perturbation at the station's own position to one about the survey's origin.
@@ -83,27 +95,38 @@ Eigen::MatrixXd Resistance(const PrecisionInput& input, const Eigen::MatrixXd& o
   return matrix;
 }
 
-/// The inverse of the resistance; where that is not definite, mixed with as much of the formal
-/// information as it takes.
-Eigen::MatrixXd InvertResistance(const Eigen::MatrixXd& resistance, const Eigen::MatrixXd& formal) {
-  constexpr int kShares = 8;
-  for (int share = 0; share < kShares; ++share) {
-    const double of_formal = static_cast<double>(share) / kShares;
-    Eigen::MatrixXd inverse =
-        InvertInformation((1.0 - of_formal) * resistance + of_formal * formal);
-    if (inverse.size() != 0) return inverse;
-  }
-  return InvertInformation(formal);
+/// The inverse of the resistance, but of no motion less than an eighth of what is claimed: along
+/// what nothing holds it is as good as any number, also below zero. Nothing where the claim is
+/// singular.
+Eigen::MatrixXd InvertResistance(const Eigen::MatrixXd& resistance,
+                                 const Eigen::MatrixXd& claimed) {
+  constexpr double kLeastShare = 0.125;
+  const Eigen::Index free = claimed.rows() - 6;
+  const Eigen::LLT<Eigen::MatrixXd> root(claimed.bottomRightCorner(free, free));
+  if (root.info() != Eigen::Success) return {};
+  const auto lower = root.matrixL();
+  const Eigen::MatrixXd half = lower.solve(resistance.bottomRightCorner(free, free));
+  const Eigen::MatrixXd whole = lower.solve(half.transpose());
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(0.5 * (whole + whole.transpose()));
+  const Eigen::VectorXd shares = solver.eigenvalues().cwiseMax(kLeastShare);
+  const Eigen::MatrixXd motions = root.matrixU().solve(solver.eigenvectors());
+  Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(claimed.rows(), claimed.rows());
+  inverse.bottomRightCorner(free, free) =
+      motions * shares.cwiseInverse().asDiagonal() * motions.transpose();
+  return inverse;
 }
 
 /// By how much the variance of every motion (a column of `dual`, their product with the claimed
 /// information) is larger than the one claimed: by the scatter of the blocks' pulls and how the
 /// poses resist them. One variance factor for all motions is that of most of them, not of the few
 /// that hardly any surface faces. Never below zero: the scatter is an estimate, too.
-Eigen::VectorXd ExcessVariances(const PrecisionInput& input, const Eigen::MatrixXd& formal,
+Eigen::VectorXd ExcessVariances(const PrecisionInput& input, const Eigen::MatrixXd& of_scans,
                                 const Eigen::MatrixXd& of_others, const Eigen::MatrixXd& dual,
                                 double block_m, const ExecutionContext& context) {
-  const Eigen::MatrixXd inverse = InvertResistance(Resistance(input, of_others, context), formal);
+  const Eigen::MatrixXd inverse = InvertResistance(Resistance(input, of_others, context),
+                                                   input.robust_slope * of_scans + of_others);
+  if (inverse.size() == 0) return Eigen::VectorXd::Zero(dual.cols());
+  context.CheckStop();
   const std::vector<std::uint64_t> blocks = SpatialBlocks(input, block_m);
   const Eigen::MatrixXd scatter =
       JackknifeScatter({input.planes, input.surfaces, blocks}, input.poses, input.robust_slope,
@@ -112,7 +135,7 @@ Eigen::VectorXd ExcessVariances(const PrecisionInput& input, const Eigen::Matrix
   const Eigen::MatrixXd pulled = inverse * dual;
   const Eigen::VectorXd variances =
       pulled.cwiseProduct(scatter * pulled).colwise().sum().transpose();
-  return (variances.array() - 1.0).max(0.0);
+  return (variances.array() <= 1.0).select(0.0, variances.array() - 1.0);  // keeps NaN
 }
 
 WeakestMotion WeakestOf(const PrincipalMotions& motions, const Eigen::VectorXd& excess) {
@@ -176,18 +199,19 @@ NetworkPrecision ComputePrecision(const PrecisionInput& input, const PrecisionFl
       AssembleNormalEquations({{}, input.others, nullptr}, input.poses).matrix;
   const Eigen::MatrixXd formal = InvertInformation(of_scans + of_others);
   if (formal.size() == 0) return precision;
-  ChooseVarianceFactor(input, formal, context, &precision);
+  const double block_m = ChooseVarianceFactor(input, formal, context, &precision);
   const Eigen::MatrixXd claimed = of_scans / precision.variance_factor + of_others;
   precision.covariance = InvertInformation(claimed);
   if (precision.covariance.size() == 0) return precision;
   const PrincipalMotions motions =
       FindPrincipalMotions(input.planes, input.poses, precision.covariance);
-  const Eigen::VectorXd excess = ExcessVariances(
-      input, of_scans + of_others, of_others, claimed * motions.steps, precision.block_m, context);
+  const Eigen::VectorXd excess =
+      ExcessVariances(input, of_scans, of_others, claimed * motions.steps, block_m, context);
   precision.covariance += motions.steps * excess.asDiagonal() * motions.steps.transpose();
+  precision.covariance = 0.5 * (precision.covariance + precision.covariance.transpose()).eval();
   precision.weakest = WeakestOf(motions, excess);
   AddFloor(input.poses, floor, &precision.covariance);
-  precision.valid = true;
+  precision.valid = precision.covariance.allFinite();
   return precision;
 }
 

@@ -77,7 +77,7 @@ struct NetworkRefinementResult {
   Eigen::MatrixXd covariance;
   double sigma0_m = 0.0;          ///< patches' own thickness, median over the planes
   double agreement_factor = 1.0;  ///< of the patches' disagreement, formal variance 1
-  double variance_factor = 1.0;   ///< applied to the formal covariance, neighbours' errors shared
+  double variance_factor = 1.0;   ///< of most motions; single ones may have more
   double surface_factor = 1.0;    ///< variance of surfaces' formal errors over that of planes'
   double block_m = 0.0;           ///< edge of the blocks it was found at; 0: single planes
   int planes = 0;                 ///< last round

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 
 #include "graph/planar_adjustment.h"
@@ -88,7 +87,7 @@ TEST(JackknifeScatter, IsTheScatterOfRepeatedMeasurements) {
 
 TEST(JackknifeScatter, SurfacesPullLikePlanes) {
   const Adjusted all(7);
-  // A plane that stations 1 and 2 alone see is, as a pull on their relative pose, a score.
+  // What two stations alone see of a plane is, as a pull on their relative pose, a score.
   std::vector<WeightedPlane> planes;
   std::vector<LinkScore> scores;
   std::vector<std::uint64_t> as_planes, as_scores;

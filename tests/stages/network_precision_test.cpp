@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
+#include <vector>
 
 #include "graph/planar_adjustment.h"
 #include "stages/principal_motions.h"
@@ -80,8 +80,55 @@ TEST(NetworkPrecision, StatesErrorsOfTheDirectionWhoseSurfacesClaimTooMuch) {
   EXPECT_LT(squared.maxCoeff(), 1.6);
 }
 
+TEST(NetworkPrecision, WhatOnlyALinkHoldsIsStatedAboutAsTheLinkHasIt) {
+  // Patches of two opposite walls, and a link that knows shifts to 0.25 m.
+  for (std::uint64_t seed = 0; seed < 60; ++seed) {
+    const SyntheticPlanes scene =
+        MakePlanes(seed, {.stations = 2,
+                          .planes = 100,
+                          .noise_m = 0.004,
+                          .normals = SyntheticPlaneOptions::Normals::kParallel});
+    PoseGraphLink link;
+    link.source = 1;
+    link.target = 0;
+    link.target_from_source = scene.world_from_station[1];
+    Vector6d information;
+    information << Eigen::Vector3d::Constant(1e4), Eigen::Vector3d::Constant(16.0);
+    link.information = information.asDiagonal();
+    const std::vector<PoseGraphLink> links{link};
+    const Poses poses =
+        AdjustPlanes({scene.planes, {{}, links, {}}, nullptr}, scene.world_from_station, 0, {})
+            .poses;
+    const NetworkPrecision precision =
+        ComputePrecision({scene.planes, {}, {{}, links, {}}, poses}, {}, ExecutionContext(1));
+    ASSERT_TRUE(precision.valid) << seed;
+    const double sigma_m = std::sqrt(precision.covariance(9, 9));
+    EXPECT_GT(sigma_m, 0.02) << seed;
+    EXPECT_LT(sigma_m, 2.0) << seed << ": eight times what the link says";
+  }
+}
+
+TEST(NetworkPrecision, APlaneThatAloneHoldsAMotionDoesNotMakeItsSigmaMetres) {
+  for (std::uint64_t seed = 0; seed < 40; ++seed) {
+    SyntheticPlanes room = Room(seed, 1.0);
+    bool has_one = false;
+    std::erase_if(room.planes, [&](const WeightedPlane& plane) {
+      const Eigen::Matrix3d scatter = JointCluster(plane, room.world_from_station).scatter;
+      Eigen::Index across = 0;
+      scatter.diagonal().minCoeff(&across);
+      const bool more = across == 0 && has_one;
+      has_one = has_one || (across == 0 && plane.observations.size() == 3);
+      return more || (across == 0 && plane.observations.size() < 3);
+    });
+    ASSERT_TRUE(has_one);
+    const NetworkPrecision precision = PrecisionOf(room, Adjust(room));
+    if (!precision.valid) continue;
+    EXPECT_LT(std::sqrt(precision.covariance.diagonal().maxCoeff()), 0.1) << seed;
+  }
+}
+
 TEST(NetworkPrecision, TheWeakestMotionIsTheLargestOfTheCovariance) {
-  const SyntheticPlanes room = Room(5, 1.0);
+  const SyntheticPlanes room = Room(5, 5.0);
   const Poses poses = Adjust(room);
   const NetworkPrecision precision = PrecisionOf(room, poses);
   const PrincipalMotions motions = FindPrincipalMotions(room.planes, poses, precision.covariance);
