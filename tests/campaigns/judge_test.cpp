@@ -6,6 +6,7 @@
 
 #include <Eigen/Cholesky>
 #include <filesystem>
+#include <map>
 
 #include "core/random.h"
 #include "io/cloud_writer.h"

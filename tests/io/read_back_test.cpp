@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 
+#include <filesystem>
+
 #include "core/error.h"
 #include "io/cloud_writer.h"
 #include "tests/io/scan_files.h"

@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 
+#include <filesystem>
+
 #include "io/e57/e57_writer.h"
 #include "pipeline/artifacts/output_units.h"
 #include "tests/io/scan_files.h"

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "stages/structure_images.h"
 #include "tests/support/hall_scene.h"
 #include "tests/support/matchers.h"
