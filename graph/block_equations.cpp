@@ -45,10 +45,7 @@ void AddScore(const LinkScore& score, const Matrix6d& matrix, BlockEquations* su
   const Eigen::Index j = RowOf(*sum, score.target);
   sum->gradient.segment<6>(i) += score.gradient;
   sum->gradient.segment<6>(j) -= score.gradient;
-  sum->matrix.block<6, 6>(i, i) += matrix;
-  sum->matrix.block<6, 6>(j, j) += matrix;
-  sum->matrix.block<6, 6>(i, j) -= matrix;
-  sum->matrix.block<6, 6>(j, i) -= matrix;
+  AddRelative(i, j, matrix, &sum->matrix);
 }
 
 }  // namespace

@@ -16,7 +16,7 @@ struct Pull {
 /// p of JackknifeScatter. With C = K K^T and S = K^T H K, K^T p = (I - S)^-1 K^T g.
 Pull LeftOutPull(const BlockEquations& sum, const Eigen::MatrixXd& covariance) {
   const Eigen::MatrixXd part = sum.Part(covariance);
-  const Eigen::Index fixed = part.rows() > 0 && part.topRows<6>().isZero(0.0) ? 6 : 0;
+  const Eigen::Index fixed = sum.stations.front() == 0 ? 6 : 0;
   const Eigen::Index free = part.rows() - fixed;
   Pull pull{sum.stations, Eigen::VectorXd::Zero(part.rows())};
   if (free == 0) return pull;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <numbers>
 
+#include "graph/pose_observations.h"
+
 namespace backsight {
 namespace {
 
@@ -21,12 +23,7 @@ Eigen::MatrixXd Information(std::span<const PoseGraphLink> links,
     const Matrix6d jacobian =
         LocalDifferenceJacobian(LinkResidual(link, source, target)) * Adjoint(target.Inverse());
     const Matrix6d block = weights[l] * jacobian.transpose() * link.information * jacobian;
-    const Eigen::Index i = 6 * link.source;
-    const Eigen::Index j = 6 * link.target;
-    matrix.block<6, 6>(i, i) += block;
-    matrix.block<6, 6>(j, j) += block;
-    matrix.block<6, 6>(i, j) -= block;
-    matrix.block<6, 6>(j, i) -= block;
+    AddRelative(6 * link.source, 6 * link.target, block, &matrix);
   }
   return matrix;
 }

@@ -51,10 +51,7 @@ void Add(const PoseGraphLink& link, std::span<const RigidTransform> poses,
   system->cost += 0.5 * r.dot(link.information * r);
   system->gradient.segment<6>(i) += gradient;
   system->gradient.segment<6>(j) -= gradient;
-  system->matrix.block<6, 6>(i, i) += block;
-  system->matrix.block<6, 6>(j, j) += block;
-  system->matrix.block<6, 6>(i, j) -= block;
-  system->matrix.block<6, 6>(j, i) -= block;
+  AddRelative(i, j, block, &system->matrix);
 }
 
 /// A rotation phi moves an axis z by phi x z; the mean axis moves with the axes' weighted mean.
@@ -76,6 +73,14 @@ void AddTilts(std::span<const TiltObservation> tilts, std::span<const RigidTrans
 }
 
 }  // namespace
+
+void AddRelative(Eigen::Index i, Eigen::Index j, const Matrix6d& information,
+                 Eigen::MatrixXd* matrix) {
+  matrix->block<6, 6>(i, i) += information;
+  matrix->block<6, 6>(j, j) += information;
+  matrix->block<6, 6>(i, j) -= information;
+  matrix->block<6, 6>(j, i) -= information;
+}
 
 Vertical EstimateVertical(std::span<const TiltObservation> tilts,
                           std::span<const RigidTransform> poses) {

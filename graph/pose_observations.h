@@ -15,6 +15,12 @@ struct NormalEquations {
   Eigen::MatrixXd matrix;
 };
 
+/// Adds what is known of the relative pose of the stations with rows from `i` and from `j` on, a
+/// motion of the one being that of the other the other way round: to their own blocks of the
+/// matrix, and its negative to those between them.
+void AddRelative(Eigen::Index i, Eigen::Index j, const Matrix6d& information,
+                 Eigen::MatrixXd* matrix);
+
 /// Soft observation of one station's pose: 0.5 * r^T information r, r = LocalDifference(pose,
 /// expected).
 struct PosePrior {

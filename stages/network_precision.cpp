@@ -74,15 +74,6 @@ void AddFloor(std::span<const RigidTransform> poses, const PrecisionFloor& floor
   }
 }
 
-void AddLink(const LinkScore& score, const Matrix6d& information, Eigen::MatrixXd* matrix) {
-  const Eigen::Index i = 6 * score.source;
-  const Eigen::Index j = 6 * score.target;
-  matrix->block<6, 6>(i, i) += information;
-  matrix->block<6, 6>(j, j) += information;
-  matrix->block<6, 6>(i, j) -= information;
-  matrix->block<6, 6>(j, i) -= information;
-}
-
 /// How the poses really resist motions: the exact curvature of the planes, the surfaces across
 /// themselves, and all else.
 Eigen::MatrixXd Resistance(const PrecisionInput& input, const Eigen::MatrixXd& of_others,
@@ -91,7 +82,8 @@ Eigen::MatrixXd Resistance(const PrecisionInput& input, const Eigen::MatrixXd& o
   problem.curvature = PlaneCurvature::kExact;
   Eigen::MatrixXd matrix =
       input.robust_slope * AssembleNormalEquations(problem, input.poses).matrix + of_others;
-  for (const LinkScore& score : input.surfaces) AddLink(score, score.known, &matrix);
+  for (const LinkScore& score : input.surfaces)
+    AddRelative(6 * score.source, 6 * score.target, score.known, &matrix);
   return matrix;
 }
 
@@ -187,7 +179,8 @@ std::vector<std::uint64_t> SpatialBlocks(const PrecisionInput& input, double edg
 Eigen::MatrixXd ScanInformation(const PrecisionInput& input, const ExecutionContext& context) {
   Eigen::MatrixXd matrix =
       AssembleNormalEquations({input.planes, {}, &context}, input.poses).matrix;
-  for (const LinkScore& score : input.surfaces) AddLink(score, score.matrix, &matrix);
+  for (const LinkScore& score : input.surfaces)
+    AddRelative(6 * score.source, 6 * score.target, score.matrix, &matrix);
   return matrix;
 }
 

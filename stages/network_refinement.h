@@ -79,7 +79,7 @@ struct NetworkRefinementResult {
   double agreement_factor = 1.0;  ///< of the patches' disagreement, formal variance 1
   double variance_factor = 1.0;   ///< of most motions; single ones may have more
   double surface_factor = 1.0;    ///< variance of surfaces' formal errors over that of planes'
-  double block_m = 0.0;           ///< edge of the blocks it was found at; 0: single planes
+  double block_m = 0.0;           ///< edge of the blocks it was found at; 0 where nothing scatters
   int planes = 0;                 ///< last round
   int observations = 0;
   std::vector<int> planes_of_station;  ///< last round
