@@ -150,8 +150,12 @@ std::vector<PoseRecord> ReadPoseRecords(const std::string& path) {
 std::map<std::string, RigidTransform> ReadPoses(const std::string& path) {
   std::map<std::string, RigidTransform> poses;
   if (std::filesystem::is_directory(path)) {
+    const std::string of_campaign = (std::filesystem::path(path) / "truth.csv").string();
+    if (std::filesystem::exists(of_campaign)) return ReadPoses(of_campaign);
     poses = ReadTruthFolder(path);
-    if (poses.empty()) throw InputError({path, "no pose", "files gt_pose<number>.txt", ""});
+    if (poses.empty()) {
+      throw InputError({path, "no pose", "truth.csv or files gt_pose<number>.txt", ""});
+    }
     return poses;
   }
   for (const PoseRecord& record : ReadPoseRecords(path)) {

@@ -16,7 +16,8 @@ namespace backsight {
 std::vector<PoseRecord> ReadPoseRecords(const std::string& path);
 
 /// survey_from_station of every placed station: from a CSV file like poses.csv, or from a folder
-/// with gt_pose<i>.txt (4x4 by rows, station i -> reference frame; the station's id is "s<i>").
+/// with a truth.csv of that kind (a simulated campaign) or else gt_pose<i>.txt (4x4 by rows,
+/// station i -> reference frame; the station's id is "s<i>").
 /// Throws InputError; a file without any pose is an error too.
 std::map<std::string, RigidTransform> ReadPoses(const std::string& path);
 

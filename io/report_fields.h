@@ -71,7 +71,7 @@ void VisitFields(Visitor& v, Record& r) {
   v.Field("bias_after_m", r.bias_after_m);
 }
 
-template <typename Visitor, RecordOf<WeakestRecord> Record>
+template <typename Visitor, RecordOf<WorstPlaceRecord> Record>
 void VisitFields(Visitor& v, Record& r) {
   v.Field("direction", r.direction);
   v.Field("sigma_m", r.sigma_m);
@@ -98,11 +98,12 @@ void VisitFields(Visitor& v, Record& r) {
   v.Field("consensus_null", r.consensus_null);
   v.FieldIf(refined, "planes", r.planes);
   v.Field("weakest_sigma_m", r.weakest_sigma_m);
-  v.Field("weakest", r.weakest);
+  v.Field("worst_place", r.worst_place);
   v.FieldIf(refined, "iterations", r.iterations);
   v.Field("network_weight", r.network_weight);
   v.Field("network_residual_m", r.network_residual_m);
   v.Field("network_residual_deg", r.network_residual_deg);
+  v.Field("network_residual_sigmas", r.network_residual_sigmas);
   v.Field("loop_controlled", r.loop_controlled);
   v.Field("covariance", r.covariance);
   v.Field("held_out", r.held_out);

@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
+#include <string>
+#include <vector>
 
 #include "io/html_table.h"
 #include "io/html_text.h"
@@ -15,9 +18,18 @@ std::string Card(const std::string& value, const std::string& meaning) {
   return fmt::format("<div class=\"card\"><b>{}</b><span>{}</span></div>\n", value, meaning);
 }
 
+/// "relative to S1": what the sigmas of a placed station's position are relative to.
+std::string SigmaFrame(const RunRecord& run, const PoseRecord& pose) {
+  if (pose.ground) return "on the ground";
+  const auto datum = std::find_if(run.poses.begin(), run.poses.end(), [&](const PoseRecord& p) {
+    return p.status == StationStatus::kRegistered && p.component == pose.component;
+  });
+  return "relative to " + HtmlText(datum->station);
+}
+
 std::string WorstSigmaCard(const RunRecord& run) {
   double worst = -1.0;
-  std::string station;
+  const PoseRecord* station = nullptr;
   for (const PoseRecord& pose : run.poses) {
     if (pose.status != StationStatus::kRegistered) continue;
     const auto covariance = ShownCovariance(pose);
@@ -25,12 +37,13 @@ std::string WorstSigmaCard(const RunRecord& run) {
     const double sigma = SigmaOf(ShownPose(pose), *covariance).worst_position_m;
     if (sigma > worst) {
       worst = sigma;
-      station = pose.station;
+      station = &pose;
     }
   }
-  if (worst < 0.0) return {};
-  return Card(FixedText(1000 * worst, 2, "sigma of station " + station) + " mm",
-              "worst formal &sigma; of a position: " + HtmlText(station));
+  if (station == nullptr) return {};
+  return Card(FixedText(1000 * worst, 2, "sigma of station " + station->station) + " mm",
+              fmt::format("worst formal &sigma; of a position: {}, {}", HtmlText(station->station),
+                          SigmaFrame(run, *station)));
 }
 
 std::string WorstResidualCard(const RunRecord& run) {
@@ -65,10 +78,27 @@ std::string CheckCard(const RunRecord& run) {
               fmt::format("3D RMSE at check points, n = {}", worst->points));
 }
 
+/// "12 of 12" stations, or "9 + 3 of 12" where they do not hang together.
+std::string PlacedCard(const RunRecord& run) {
+  std::map<int, int> sizes;
+  for (const PoseRecord& pose : run.poses) {
+    if (pose.status == StationStatus::kRegistered) ++sizes[pose.component];
+  }
+  constexpr std::size_t kShown = 3;
+  std::vector<std::string> parts;
+  for (const auto& [component, size] : sizes) parts.push_back(std::to_string(size));
+  const bool more = parts.size() > kShown;
+  if (more) parts.resize(kShown);
+  return Card(
+      fmt::format("{}{} of {}", parts.empty() ? "0" : fmt::format("{}", fmt::join(parts, " + ")),
+                  more ? " + &hellip;" : "", run.poses.size()),
+      sizes.size() > 1 ? fmt::format("stations registered, in {} components that nothing "
+                                     "connects",
+                                     sizes.size())
+                       : "stations registered");
+}
+
 std::string Cards(const RunRecord& run) {
-  const auto placed = std::count_if(run.poses.begin(), run.poses.end(), [](const PoseRecord& p) {
-    return p.status == StationStatus::kRegistered;
-  });
   const auto accepted = std::count_if(run.links.begin(), run.links.end(), [](const LinkRecord& l) {
     return l.status == LinkStatus::kAccepted;
   });
@@ -77,7 +107,7 @@ std::string Cards(const RunRecord& run) {
         return l.status == LinkStatus::kAccepted && l.loop_controlled == false;
       });
   std::string html = "<div class=\"cards\">\n";
-  html += Card(fmt::format("{} of {}", placed, run.poses.size()), "stations registered");
+  html += PlacedCard(run);
   html += Card(fmt::format("{} of {}", accepted, run.links.size()), "pairs tried were accepted");
   html += Card(fmt::format("{}", uncontrolled), "accepted links that no loop controls");
   html += WorstSigmaCard(run) + CheckCard(run) + DistanceCard(run);
@@ -154,7 +184,9 @@ std::string FrameSentence(const RunRecord& run) {
 std::string ReportHead(const ReportDocument& document) {
   const RunRecord& run = document.run;
   return fmt::format(
-             "<h1>{}</h1>\n<p class=\"soft\">Registration report, Backsight {}</p>\n"
+             "<h1>{}</h1>\n<p class=\"soft\">Registration report, Backsight {}. What its figures "
+             "mean "
+             "and when to look twice: docs/method.md of Backsight.</p>\n"
              "<p class=\"frame\">{}</p>\n",
              HtmlText(run.project_name), HtmlText(run.version), FrameSentence(run)) +
          Verdict(run) + Cards(run) + Gates(run) + "<h2>Warnings</h2>\n" + Warnings(run);

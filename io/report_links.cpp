@@ -92,16 +92,20 @@ std::string SkippedSentence(const ReportDocument& document) {
                                   GroupedText(skipped), list));
 }
 
+/// Stations that have no place, or one apart from the main network.
 std::string RejectedStations(const RunRecord& run) {
   HtmlTable table({{"station"}, {"status"}, {"reason"}});
   bool any = false;
   for (const PoseRecord& pose : run.poses) {
-    if (pose.status == StationStatus::kRegistered) continue;
+    const bool placed = pose.status == StationStatus::kRegistered;
+    if (placed && pose.component == 0) continue;
     any = true;
     table.Row({HtmlBold(pose.station), HtmlMark(false, CodeWords(ToString(pose.status))),
-               HtmlText(CodeWords(pose.reason))});
+               placed ? fmt::format("in component {}, which nothing connects with the main network",
+                                    ComponentNumber(pose.component))
+                      : HtmlText(CodeWords(pose.reason))});
   }
-  return any ? table.Finish() : HtmlSentence("All stations are registered.");
+  return any ? table.Finish() : HtmlSentence("All stations are registered, in one network.");
 }
 
 std::string RejectedPairs(const RunRecord& run) {
@@ -164,10 +168,11 @@ std::string LinkTable(const RunRecord& run) {
                    {"RMS [mm]", true},
                    {"surfaces: median [mm]", true},
                    {"95 % [mm]", true},
-                   {"weakest &sigma; [mm]", true},
-                   {"direction: azimuth / elevation"},
+                   {"place: worst &sigma; [mm]", true},
+                   {"there: azimuth / elevation"},
                    {"network residual [mm]", true},
                    {"[deg]", true},
+                   {"[its &sigma;]", true},
                    {"loop control"}});
   for (const LinkRecord& link : run.links) {
     if (link.status != LinkStatus::kAccepted) continue;
@@ -179,18 +184,19 @@ std::string LinkTable(const RunRecord& run) {
     };
     const bool apart = distance != distances.end();
     const DistanceFigures figures = apart ? distance->second : DistanceFigures();
-    const bool directed = link.weakest && target != poses.end();
+    const bool directed = link.worst_place && target != poses.end();
     table.Row(
         {PairName(link.source, link.target), FixedText(100 * link.overlap, 0, field),
          mm(link.rms_m, 2), apart ? mm(figures.median_m, 1) : "", apart ? mm(figures.p95_m, 1) : "",
-         link.weakest ? mm(link.weakest->sigma_m, 2) : "",
-         directed ? DirectionText(ShownPose(*target->second).rotation * link.weakest->direction)
+         link.worst_place ? mm(link.worst_place->sigma_m, 2) : "",
+         directed ? DirectionText(ShownPose(*target->second).rotation * link.worst_place->direction)
                   : "",
          link.network_residual_m
              ? fmt::format("<i class=\"key r{}\"></i>{}", ResidualClass(*link.network_residual_m),
                            mm(link.network_residual_m, 1))
              : "",
          link.network_residual_deg ? FixedText(*link.network_residual_deg, 4, field) : "",
+         link.network_residual_sigmas ? FixedText(*link.network_residual_sigmas, 1, field) : "",
          LoopMark(link)});
   }
   return table.Finish() +
@@ -200,11 +206,13 @@ std::string LinkTable(const RunRecord& run) {
              "one plane counts as 50 points at most, and the planes of cells that are not quite "
              "flat count too. It tells pairs from each other; errors show in the surfaces. Empty: "
              "no planes. Surfaces: distances between both stations' surfaces where they finally "
-             "stand (defined below); empty: none could be compared. Weakest &sigma;: formal "
-             "standard deviation of the source scanner's place in the direction that the pair "
-             "alone determines least, and that direction; azimuth from the plan's upward axis, "
+             "stand (defined below); empty: none could be compared. Place, worst &sigma;: formal "
+             "standard deviation of the source scanner's place in the direction in which the pair "
+             "alone determines it least, and that direction; azimuth from the plan's upward axis, "
              "clockwise. Network residual: how far the source stands apart, by the link and by the "
-             "adjusted network.</span>");
+             "adjusted network; in its &sigma;: all six unknowns, by the pair's own standard "
+             "deviations (systematic floor and links' &sigma; factor included); 1 is usual, above "
+             "2 the pair claims to know more than it does.</span>");
 }
 
 std::string LinkOriginTable(const RunRecord& run) {
@@ -217,6 +225,7 @@ std::string LinkOriginTable(const RunRecord& run) {
                    {"seen through [%]", true},
                    {"agree&shy;ment", true},
                    {"planes", true},
+                   {"weakest &sigma; [mm]", true},
                    {"iterations", true},
                    {"weight", true},
                    {"ended as"}});
@@ -227,11 +236,18 @@ std::string LinkOriginTable(const RunRecord& run) {
                std::to_string(link.consensus), std::to_string(link.consensus_null),
                std::to_string(link.candidates), FixedText(100 * link.conflict, 1, field),
                FixedText(link.agreement, 2, field), std::to_string(link.planes),
+               link.weakest_sigma_m ? FixedText(1000 * *link.weakest_sigma_m, 2, field) : "",
                std::to_string(link.iterations),
                link.network_weight ? FixedText(*link.network_weight, 2, field) : "",
                HtmlText(CodeWords(link.fine_status))});
   }
-  return "<h3>How the links were found</h3>\n" + table.Finish();
+  return "<h3>How the links were found</h3>\n" + table.Finish() +
+         HtmlSentence(
+             "<span class=\"soft\">Weakest &sigma;: formal standard deviation of the motion that "
+             "the "
+             "pair alone determines least, turns counted by the shift that they cause at its "
+             "planes; "
+             "above 5 mm it ends as weak, 100 m: nothing holds it.</span>");
 }
 
 std::string RejectedSection(const ReportDocument& document) {

@@ -88,7 +88,12 @@ std::string ClosureTable(const RunRecord& run) {
                  c.stations[2]),
         c);
   }
-  return table.Finish();
+  return table.Finish() +
+         HtmlSentence(
+             "<span class=\"soft\">Of the pairs' own motions, before any adjustment. Where links "
+             "are "
+             "weak in a direction, refined motions may close there no better than coarse ones; the "
+             "network does not take that direction from them.</span>");
 }
 
 std::string HeldOutTable(const RunRecord& run) {

@@ -16,7 +16,7 @@ namespace backsight {
 namespace {
 
 /// More signs than this hide each other; then those of the largest sigmas are drawn.
-constexpr std::size_t kMostWeakest = 60;
+constexpr std::size_t kMostDirections = 60;
 
 using Poses = std::map<std::string, const PoseRecord*>;
 
@@ -53,19 +53,19 @@ class Plan {
     return svg;
   }
 
-  std::string WeakestDirections() const {
+  std::string WorstDirections() const {
     std::vector<const LinkRecord*> links;
     for (const LinkRecord& link : run_.links) {
-      if (link.status == LinkStatus::kAccepted && link.weakest && Holds(link)) {
+      if (link.status == LinkStatus::kAccepted && link.worst_place && Holds(link)) {
         links.push_back(&link);
       }
     }
     std::stable_sort(links.begin(), links.end(), [](const LinkRecord* a, const LinkRecord* b) {
-      return a->weakest->sigma_m > b->weakest->sigma_m;
+      return a->worst_place->sigma_m > b->worst_place->sigma_m;
     });
-    if (links.size() > kMostWeakest) links.resize(kMostWeakest);
+    if (links.size() > kMostDirections) links.resize(kMostDirections);
     std::string svg;
-    for (const LinkRecord* link : links) svg += Weakest(*link);
+    for (const LinkRecord* link : links) svg += WorstDirection(*link);
     return svg;
   }
 
@@ -139,15 +139,15 @@ class Plan {
     return svg;
   }
 
-  std::string Weakest(const LinkRecord& link) const {
+  std::string WorstDirection(const LinkRecord& link) const {
     constexpr double kHalfLength = 15.0;
     const Eigen::Vector2d middle = 0.5 * (OnSheet(link.source) + OnSheet(link.target));
     const Eigen::Vector3d direction =
-        ShownPose(*poses_.at(link.target)).rotation * link.weakest->direction;
+        ShownPose(*poses_.at(link.target)).rotation * link.worst_place->direction;
     const std::string title =
-        fmt::format("<title>{}: {} mm in its weakest direction</title>",
+        fmt::format("<title>{}: {} mm in its worst direction</title>",
                     HtmlText(link.source + " \xe2\x80\x93 " + link.target),
-                    FixedText(1000 * link.weakest->sigma_m, 2, "weakest sigma"));
+                    FixedText(1000 * link.worst_place->sigma_m, 2, "worst sigma of the place"));
     if (std::abs(direction.z()) > 0.9) {
       return fmt::format("<circle class=\"weak\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"5\">{}</circle>\n",
                          middle.x(), middle.y(), title);
@@ -200,7 +200,8 @@ std::string Legend() {
       "</svg>uncontrolled: on no loop</span>\n";
   html +=
       "<span><svg width=\"34\" height=\"12\"><line class=\"weak\" x1=\"4\" y1=\"6\" x2=\"30\" "
-      "y2=\"6\"/></svg>weakest direction of a link (shorter: partly vertical; "
+      "y2=\"6\"/></svg>worst direction of a link: it knows the place least there (shorter: partly "
+      "vertical; "
       "<svg width=\"14\" height=\"14\"><circle class=\"weak\" cx=\"7\" cy=\"7\" "
       "r=\"5\"/></svg>: vertical)</span>\n";
   return html + fmt::format(
@@ -240,7 +241,7 @@ std::string PlanSvg(const RunRecord& run, int component) {
   const std::string local = IsTrueNorth(run) ? "local " : "";
   const std::string svg =
       plan.sheet().Open(fmt::format("Plan view of component {}", ComponentNumber(component))) +
-      plan.Links() + ellipses + plan.WeakestDirections() + plan.Stations() +
+      plan.Links() + ellipses + plan.WorstDirections() + plan.Stations() +
       (plan.on_ground() ? plan.sheet().Close(local + "E", local + "N")
                         : plan.sheet().Close("x", "y"));
   const std::string ellipse_note =

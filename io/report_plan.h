@@ -24,7 +24,7 @@ bool IsTrueNorth(const RunRecord& run);
 
 /// Plan view (to scale) of one component of the network as inline SVG with its legend below:
 /// stations with names and exaggerated error ellipses, accepted links by residual class with their
-/// weakest direction, rejected links dashed, axes, scale bar. Throws InternalError for a non-finite
+/// worst direction, rejected links dashed, axes, scale bar. Throws InternalError for a non-finite
 /// position or residual.
 std::string PlanSvg(const RunRecord& run, int component);
 

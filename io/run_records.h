@@ -82,8 +82,8 @@ struct HeldOutRecord {
   double bias_after_m = 0.0;
 };
 
-/// What a pair's registration determines least: the place of the source's scanner.
-struct WeakestRecord {
+/// Where a pair's registration determines the place of the source's scanner least.
+struct WorstPlaceRecord {
   Eigen::Vector3d direction = Eigen::Vector3d::UnitX();  ///< unit, in the target's station frame
   double sigma_m = 0.0;                                  ///< formal, of the pair alone
 };
@@ -107,18 +107,24 @@ struct LinkRecord {
   int planes = 0;
   /// Of points from the pair's adjusted planes, weighted as in that adjustment; absent without.
   std::optional<double> rms_m;
-  std::optional<double> weakest_sigma_m;  ///< formal sigma of the least determined direction
-  int iterations = 0;                     ///< Levenberg-Marquardt iterations, all rounds
-  std::optional<double> network_weight;   ///< 0 (removed by the pose graph) or 1; absent: not in it
+  /// Formal, of the motion that the pair determines least, turns counted by the shift that they
+  /// cause at the pair's planes.
+  std::optional<double> weakest_sigma_m;
+  int iterations = 0;                    ///< Levenberg-Marquardt iterations, all rounds
+  std::optional<double> network_weight;  ///< 0 (removed by the pose graph) or 1; absent: not in it
   /// Place of the source and rotation, by the link and by the adjusted network: how far apart.
   /// Absent where both stations do not stand in one component.
   std::optional<double> network_residual_m;
   std::optional<double> network_residual_deg;
+  /// The same in the pair's own standard deviations as the network takes them (held above the
+  /// systematic floor, times the links' sigma factor), rms over the six unknowns.
+  std::optional<double> network_residual_sigmas;
   std::optional<bool> loop_controlled;  ///< lies on a loop of accepted links; absent: not known
   /// Of target_from_source in the adjusted network, Retract's convention; rad, m.
   std::optional<Matrix6d> covariance;
   std::optional<HeldOutRecord> held_out;
-  std::optional<WeakestRecord> weakest;  ///< where the fine registration determines the motion
+  std::optional<WorstPlaceRecord>
+      worst_place;  ///< where the fine registration determines the motion
 };
 
 /// Three stations joined by accepted links, and by how much the three motions miss the identity.

@@ -145,6 +145,7 @@ void FillLink(CsvBuilder& csv, const LinkRecord& link) {
   csv.Real("conflict", aligned ? std::optional(link.conflict) : std::nullopt);
   csv.Real("agreement", aligned ? std::optional(link.agreement) : std::nullopt);
   FillNetworkErrors(csv, link);
+  csv.Real("network_residual_sigmas", link.network_residual_sigmas);
 }
 
 template <typename Record>

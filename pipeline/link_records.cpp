@@ -58,7 +58,7 @@ std::string RefinementName(const NetworkRefinementResult& refinement) {
 
 /// Of the place of the source's scanner in the target's frame, from the registration's own
 /// information; absent where that leaves a direction open.
-std::optional<WeakestRecord> FindWeakest(const FineResult& fine) {
+std::optional<WorstPlaceRecord> FindWorstPlace(const FineResult& fine) {
   if (fine.status == FineResult::Status::kTooFewPlanes ||
       fine.status == FineResult::Status::kDiverged) {
     return std::nullopt;
@@ -69,7 +69,8 @@ std::optional<WeakestRecord> FindWeakest(const FineResult& fine) {
   const Eigen::Matrix3d covariance = jacobian * solver.solve(jacobian.transpose());
   if (!covariance.allFinite()) return std::nullopt;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(covariance);
-  return WeakestRecord{axes.eigenvectors().col(2), std::sqrt(std::max(0.0, axes.eigenvalues()[2]))};
+  return WorstPlaceRecord{axes.eigenvectors().col(2),
+                          std::sqrt(std::max(0.0, axes.eigenvalues()[2]))};
 }
 
 /// What registration and verification found of one motion.
@@ -91,7 +92,7 @@ void FillMotion(const Station& source, const Station& target, const PairCandidat
   if (motion.fine.rms_m > 0.0) record->rms_m = motion.fine.rms_m;
   if (motion.fine.weakest_sigma_m > 0.0) record->weakest_sigma_m = motion.fine.weakest_sigma_m;
   record->iterations = motion.fine.iterations;
-  record->weakest = FindWeakest(motion.fine);
+  record->worst_place = FindWorstPlace(motion.fine);
 }
 
 /// How far the link lies from where the adjusted network has its stations, if in one component.
@@ -154,6 +155,7 @@ LinkRecord MakeLinkRecord(const std::vector<Station>& stations, const Network& n
   FillMotion(source, target, pair.candidates[static_cast<std::size_t>(candidate.candidate)],
              &record);
   FillResidual(network, pair, &record);
+  record.network_residual_sigmas = candidate.residual_sigmas;
   FillNetwork(target, candidate, &record);
   return record;
 }

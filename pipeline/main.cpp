@@ -170,13 +170,17 @@ void AddRegister(CLI::App& app, int* code) {
 void AddEvaluate(CLI::App& app, int* code) {
   auto arguments = std::make_shared<EvaluateArguments>();
   CLI::App* command = app.add_subcommand("evaluate", "Compare poses with ground truth");
-  command->add_option("poses", arguments->poses, "poses.csv of a run")->required();
+  command->add_option("poses", arguments->poses, "poses.csv of a run, or its output folder")
+      ->required();
   command
       ->add_option("--truth", arguments->truth,
-                   "CSV like poses.csv, folder of gt_pose<i>.txt, or 3DMatch gt.log")
+                   "CSV like poses.csv, folder of a simulated campaign or of gt_pose<i>.txt, or "
+                   "3DMatch gt.log")
       ->required();
-  command->add_option("--re", arguments->max_re_deg, "largest rotation error of a success, deg");
-  command->add_option("--te", arguments->max_te_m, "largest translation error of a success, m");
+  command->add_option("--re", arguments->max_re_deg, "largest rotation error of a success, deg")
+      ->capture_default_str();
+  command->add_option("--te", arguments->max_te_m, "largest translation error of a success, m")
+      ->capture_default_str();
   command->callback([=] { *code = EvaluateCommand(*arguments); });
 }
 

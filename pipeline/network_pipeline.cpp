@@ -177,6 +177,21 @@ void UpdateLinks(const std::vector<NetworkLink>& links, const std::vector<RigidT
   }
 }
 
+/// Of every motion, used or not, whose stations hang together.
+void MeasureResiduals(const std::vector<NetworkLink>& links,
+                      const std::vector<RigidTransform>& poses, const NetworkOptions& options,
+                      Network* network) {
+  const double factor = network->solution.sigma_factor;
+  for (std::size_t l = 0; l < links.size(); ++l) {
+    const auto source = static_cast<std::size_t>(links[l].source);
+    const auto target = static_cast<std::size_t>(links[l].target);
+    const int component = network->component[source];
+    if (component < 0 || component != network->component[target]) continue;
+    network->candidates[l].residual_sigmas =
+        ResidualInSigmas(links[l], poses[target].Inverse() * poses[source], options) / factor;
+  }
+}
+
 /// From instrument frames to station frames, with the first station of each component as datum.
 void SetStationPoses(const std::vector<Station>& stations,
                      const std::vector<RigidTransform>& survey_from_instrument,
@@ -226,6 +241,7 @@ Network BuildNetwork(const std::vector<Station>& stations, const std::vector<Pai
   std::vector<Matrix6d> covariance = network.solution.poses.covariance;
   RefineParts(stations, links, options, context, &poses, &covariance, &network);
   UpdateLinks(links, poses, &network);
+  MeasureResiduals(links, poses, options.network, &network);
   SetStationPoses(stations, poses, covariance, &network);
   ChooseReported(pairs.size(), &network);
   context.Progress("network", 1, 1);

@@ -19,6 +19,9 @@ struct NetworkCandidate {
   bool refuted = false;  ///< a bridge whose sides contradict each other: taken out before
   bool loop_controlled = false;
   Matrix6d covariance = Matrix6d::Zero();  ///< of target_from_source at the final poses
+  /// How far the motion lies from the final poses, in its own standard deviations as the pose graph
+  /// takes them, rms over the six; absent where its stations do not stand in one component.
+  std::optional<double> residual_sigmas;
   bool used() const { return fate == LinkFate::kUsed && !refuted; }
 };
 

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <map>
 #include <set>
 #include <string>
 #include <string_view>
@@ -17,14 +19,23 @@ namespace {
 
 void AddPoseWarnings(RunRecord* run) {
   for (const PoseRecord& pose : run->poses) {
-    if (pose.status != StationStatus::kRegistered) {
-      run->warnings.push_back(fmt::format("station {}: {}", pose.station, pose.reason));
-    } else if (pose.component > 0) {
-      run->warnings.push_back(fmt::format(
-          "station {} is in component {}, which nothing connects with the main network{}",
-          pose.station, ComponentNumber(pose.component),
-          DescribeDoubtful(run->links, pose.station)));
-    }
+    if (pose.status == StationStatus::kRegistered) continue;
+    run->warnings.push_back(fmt::format("station {}: {}", pose.station, pose.reason));
+  }
+}
+
+/// Parts of the network beside the main one.
+void AddComponentWarnings(RunRecord* run) {
+  std::map<int, std::vector<std::string>> stations;
+  for (const PoseRecord& pose : run->poses) {
+    if (pose.status != StationStatus::kRegistered || pose.component == 0) continue;
+    stations[pose.component].push_back(pose.station);
+  }
+  for (const auto& [component, members] : stations) {
+    run->warnings.push_back(
+        fmt::format("component {} ({}) stands apart: nothing connects it with the main network{}",
+                    ComponentNumber(component), FirstNames(members),
+                    DescribeGap(run->links, {members.begin(), members.end()})));
   }
 }
 
@@ -69,6 +80,31 @@ void AddWeakLinkWarning(RunRecord* run) {
       "stations' sigmas along it may be two or three times too small, which control at the far end "
       "tells",
       weak.size(), FirstNames(weak)));
+}
+
+/// Accepted links that are further off than they say, the worst first.
+void AddBoldLinkWarning(RunRecord* run) {
+  constexpr double kSignificant = 2.0;  // by chance one link in 2000
+  std::vector<const LinkRecord*> bold;
+  for (const LinkRecord& link : run->links) {
+    if (link.status != LinkStatus::kAccepted) continue;
+    if (link.network_residual_sigmas.value_or(0.0) > kSignificant) bold.push_back(&link);
+  }
+  if (bold.empty()) return;
+  std::stable_sort(bold.begin(), bold.end(), [](const LinkRecord* a, const LinkRecord* b) {
+    return *a->network_residual_sigmas > *b->network_residual_sigmas;
+  });
+  std::vector<std::string> names;
+  for (const LinkRecord* link : bold) {
+    names.push_back(fmt::format("{} - {} ({:.1f} mm, {:.1f} times)", link->source, link->target,
+                                1000.0 * link->network_residual_m.value_or(0.0),
+                                *link->network_residual_sigmas));
+  }
+  run->warnings.push_back(fmt::format(
+      "{} accepted link(s) lie further from the adjusted network than their own sigmas tell: {}; "
+      "so these links' sigmas are too small; those of the stations rest on them only where the "
+      "planes of all stations were not adjusted",
+      names.size(), FirstNames(names)));
 }
 
 /// Accepted links that no figure and no picture of distances speaks of.
@@ -179,9 +215,11 @@ void AddWarnings(const SurveyProject& project, const std::vector<Station>& stati
                  const PairDiscovery& discovery, const Network& network,
                  const GeoreferencedNetwork& ground, RunRecord* run) {
   AddPoseWarnings(run);
+  AddComponentWarnings(run);
   AddScannerWarnings(stations, run);
   AddLinkWarnings(run);
   AddWeakLinkWarning(run);
+  AddBoldLinkWarning(run);
   AddDistanceWarnings(run);
   AddPairWarnings(stations, discovery, run);
   AddRefinementWarnings(run);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <set>
 #include <string>
 #include <vector>
 
@@ -7,12 +8,14 @@
 
 namespace backsight {
 
-/// For the warning that a station stands apart: "; doubtful ones to S2, ..." where links of the
-/// station are doubtful, with what could confirm them; otherwise empty.
-std::string DescribeDoubtful(const std::vector<LinkRecord>& links, const std::string& station);
+/// Why nothing connects these stations with others, as the end of a sentence: "; doubtful: S9 - S8
+/// (far from start) ..." with what could confirm them, those first of which least was seen through,
+/// and "; of 31 pair(s) that were tried: ..." with how many ended for which reason, the most
+/// frequent first, or why none was tried.
+std::string DescribeGap(const std::vector<LinkRecord>& links,
+                        const std::set<std::string>& stations);
 
-/// Why a station is not placed: that it has no accepted link, its doubtful ones, and how many of
-/// its pairs ended for which reason, or why none was tried; the most frequent reasons first.
+/// The same of one station that is not placed, as a whole sentence.
 std::string DescribeUnlinked(const std::vector<LinkRecord>& links, const std::string& station);
 
 }  // namespace backsight

@@ -184,6 +184,13 @@ Matrix6d LinkCovariance(const NetworkLink& link, const NetworkOptions& options) 
   return covariance;
 }
 
+double ResidualInSigmas(const NetworkLink& link, const RigidTransform& target_from_source,
+                        const NetworkOptions& options) {
+  const Vector6d residual = LocalDifference(target_from_source, link.target_from_source);
+  const double squared = residual.dot(LinkCovariance(link, options).ldlt().solve(residual));
+  return std::sqrt(squared / 6.0);
+}
+
 void VisitOptions(OptionVisitor& visitor, NetworkOptions& options) {
   visitor.Flag("robust", options.robust, "seek and remove false links, choose among rival ones");
   visitor.Real("floor_rotation_deg", options.floor_rotation_deg, "deg", 0.0, 1.0,

@@ -38,6 +38,11 @@ struct NetworkLink {
 /// systematic floor; not scaled by the links' variance factor.
 Matrix6d LinkCovariance(const NetworkLink& link, const NetworkOptions& options);
 
+/// How far a link lies from a motion of its stations in standard deviations of LinkCovariance, rms
+/// over the six unknowns: 1 where the covariance is right and the motion exact.
+double ResidualInSigmas(const NetworkLink& link, const RigidTransform& target_from_source,
+                        const NetworkOptions& options);
+
 /// How a triangle of used links closes, before adjustment: measured motions alone.
 struct TriangleClosure {
   int a = 0, b = 0, c = 0;  ///< stations, ascending

@@ -44,7 +44,7 @@ void Transfer(Archive& archive, NetworkResult& result) {
 template <class Archive>
 void Transfer(Archive& archive, NetworkCandidate& candidate) {
   archive(candidate.pair, candidate.candidate, candidate.fate, candidate.refuted,
-          candidate.loop_controlled, candidate.covariance);
+          candidate.loop_controlled, candidate.covariance, candidate.residual_sigmas);
 }
 
 template <class Archive>

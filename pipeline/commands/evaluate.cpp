@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <numbers>
 #include <set>
 
@@ -43,6 +44,10 @@ RelativePoses ReadTruth(const std::string& path) {
     }
   }
   return relative;
+}
+
+std::string PosesFile(const std::string& given) {
+  return std::filesystem::is_directory(given) ? given + "/poses.csv" : given;
 }
 
 std::vector<PairError> CompareWithTruth(const std::vector<PoseRecord>& poses,
@@ -95,7 +100,7 @@ int EvaluateCommand(const EvaluateArguments& arguments) {
     throw InputError(
         {arguments.truth, "no pair of poses", "the truth of at least two stations", ""});
   }
-  const std::vector<PoseRecord> poses = ReadPoseRecords(arguments.poses);
+  const std::vector<PoseRecord> poses = ReadPoseRecords(PosesFile(arguments.poses));
   RequireCommonStation(arguments, poses, truth);
   const std::vector<PairError> errors = CompareWithTruth(poses, truth);
   std::size_t successes = 0;
@@ -114,6 +119,10 @@ int EvaluateCommand(const EvaluateArguments& arguments) {
   fmt::print("{} of {} pairs within {:g} deg and {:g} m; {} compared, {} wrong\n", successes,
              truth.size(), arguments.max_re_deg, arguments.max_te_m, errors.size(),
              errors.size() - successes);
+  if (errors.size() < truth.size()) {
+    fmt::print("{} not compared: a station is not placed, or both stand in different components\n",
+               truth.size() - errors.size());
+  }
   if (successes > 0) {
     const auto n = static_cast<double>(successes);
     fmt::print("mean RE {:.5f} deg, mean TE {:.3f} mm, max TE {:.3f} mm (over successes)\n",

@@ -54,6 +54,23 @@ TEST(CommandLine, EvaluateSaysThatNoStationIsCommon) {
   EXPECT_THAT(run.err, HasSubstr("poses.csv: no station of the truth, but A"));
 }
 
+TEST(CommandLine, EvaluateTakesFoldersAndCountsWhatItCannotCompare) {
+  const ScratchFolder folder;
+  const std::string head = "station,component,status,tx_m,ty_m,tz_m,qw,qx,qy,qz\n";
+  WriteBytes(folder / "poses.csv", head +
+                                       "S1,0,registered,0,0,0,1,0,0,0\n"
+                                       "S2,0,registered,1,0,0,1,0,0,0\n"
+                                       "S3,1,registered,0,0,0,1,0,0,0\n");
+  std::string truth = head;
+  for (int s = 1; s <= 4; ++s) truth += fmt::format("S{0},0,registered,{0},0,0,1,0,0,0\n", s);
+  WriteBytes(folder / "truth.csv", truth);
+  const ProgramRun run =
+      RunProgram(fmt::format("evaluate '{}' --truth '{}'", folder / "", folder / ""));
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_THAT(run.out, HasSubstr("1 of 6 pairs within 5 deg and 0.5 m; 1 compared, 0 wrong\n"
+                                 "5 not compared: a station is not placed"));
+}
+
 /// The first block of YAML in a document.
 std::string YamlOf(const std::string& document) {
   const std::string fence = "```yaml\n";

@@ -55,6 +55,15 @@ TEST(PoseFiles, ReadsTruthFolders) {
   EXPECT_LT((poses.at("s12") * Eigen::Vector3d(1, 0, 0) - Eigen::Vector3d(1, 3, 3)).norm(), 1e-12);
 }
 
+TEST(PoseFiles, ReadsTruthOfCampaignFolders) {
+  const TestFolder folder;
+  folder.Write("gt_pose1.txt", "1 0 0 5\n0 1 0 6\n0 0 1 7\n0 0 0 1\n");
+  folder.Write("truth.csv", "station,tx_m,ty_m,tz_m,qw,qx,qy,qz\nS1,1,2,3,1,0,0,0\n");
+  const auto poses = ReadPoses(folder.Path(""));
+  ASSERT_EQ(poses.size(), 1U);
+  EXPECT_EQ(poses.at("S1").translation, Eigen::Vector3d(1, 2, 3));
+}
+
 TEST(PoseFiles, ReadsRelativeLogs) {
   const TestFolder folder;
   const auto log = ReadRelativeLog(folder.Write("gt.log",
@@ -84,7 +93,8 @@ TEST(PoseFiles, NamesTheDamagedLine) {
   EXPECT_THAT(log("0 1 2\n2 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n"), HasSubstr("gt.log:2: a matrix"));
   EXPECT_THAT(log(""), HasSubstr("no transform"));
   EXPECT_THAT(Complaint([&] { ReadPoses(folder.Path("none.csv")); }), HasSubstr("no such file"));
-  EXPECT_THAT(Complaint([&] { ReadPoses(folder.Path("")); }), HasSubstr("gt_pose<number>.txt"));
+  EXPECT_THAT(Complaint([&] { ReadPoses(folder.Path("")); }),
+              HasSubstr("truth.csv or files gt_pose<number>.txt"));
 }
 
 TEST(PoseFiles, SurvivesRandomDamage) {

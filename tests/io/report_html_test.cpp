@@ -49,7 +49,7 @@ TEST(ReportHtml, ShowsVerdictStationsAndLinks) {
   const std::string html = ReportHtml(SampleReport());
   EXPECT_THAT(html, StartsWith("<!DOCTYPE html>"));
   EXPECT_THAT(html, HasSubstr(HtmlText(run.verdict)));
-  EXPECT_THAT(html, HasSubstr("<b>10 of 12</b>"));
+  EXPECT_THAT(html, HasSubstr("<b>8 + 2 of 12</b>"));
   for (const PoseRecord& pose : run.poses) {
     EXPECT_THAT(html, HasSubstr("<td><b>" + pose.station + "</b></td>"));
   }
@@ -82,6 +82,25 @@ TEST(ReportHtml, SaysFirstWhatMattersMost) {
     EXPECT_NE(at, std::string::npos) << part;
     if (at != std::string::npos) last = at;
   }
+}
+
+TEST(ReportHtml, CountsThePartsOfANetwork) {
+  RunRecord run = SampleRun();
+  for (PoseRecord& pose : run.poses) {
+    if (pose.status != StationStatus::kRegistered) continue;
+    pose.component = 0;
+    pose.ground.reset();
+  }
+  EXPECT_THAT(Html(run), HasSubstr("<b>10 of 12</b><span>stations registered</span>"));
+  EXPECT_THAT(Html(run), ::testing::ContainsRegex("worst formal &sigma; of a position: S[0-9]+, "
+                                                  "relative to S1<"));
+  EXPECT_THAT(Html(run), Not(HasSubstr("in component 2, which nothing connects")));
+  run.poses[7].component = run.poses[8].component = 1;
+  EXPECT_THAT(Html(run), HasSubstr("<b>8 + 2 of 12</b><span>stations registered, in 2 components"));
+  EXPECT_THAT(Html(run), HasSubstr("in component 2, which nothing connects with the main network"));
+  (*run.poses[8].covariance) *= 1e6;
+  EXPECT_THAT(Html(run), HasSubstr("of a position: " + run.poses[8].station + ", relative to " +
+                                   run.poses[7].station + "<"));
 }
 
 TEST(ReportHtml, NamesTheFrameOfCoordinates) {
@@ -131,7 +150,7 @@ TEST(ReportHtml, DrawsHowWellItIsDetermined) {
   const std::string html = ReportHtml(SampleReport());
   EXPECT_EQ(Count(html, "<ellipse class=\"sigma\" rx="), 10U);
   EXPECT_THAT(html, ::testing::ContainsRegex("are drawn <b>[0-9]+ times</b> too large"));
-  EXPECT_GE(Count(html, "in its weakest direction"), 9U);
+  EXPECT_GE(Count(html, "in its worst direction"), 9U);
   EXPECT_THAT(html, HasSubstr("median 1.10 mm"));
   EXPECT_THAT(html, HasSubstr("68 % 1.70 mm"));
   EXPECT_THAT(html, HasSubstr("95 % 4.20 mm"));
@@ -279,6 +298,8 @@ TEST(ReportHtml, NotANumberIsRefused) {
            [&](RunRecord& r) { r.poses[8].survey_from_station.translation.z() = nan; },
            [&](RunRecord& r) { (*r.poses[8].covariance)(0, 0) = nan; },
            [&](RunRecord& r) { r.links[1].network_residual_m = nan; },
+           [&](RunRecord& r) { r.links[1].network_residual_sigmas = nan; },
+           [&](RunRecord& r) { r.links[1].weakest_sigma_m = nan; },
            [&](RunRecord& r) { r.links[1].rms_m = nan; },
            [&](RunRecord& r) { r.links[0].held_out->rms_after_m = nan; },
            [&](RunRecord& r) { r.components[0].weakest_sigma_m = nan; },

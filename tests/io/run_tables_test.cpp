@@ -49,7 +49,7 @@ TEST(RunTables, HeadersAreFixed) {
             "network_weight,network_residual_m,network_residual_deg,loop_controlled,candidates,"
             "conflict,agreement,sigma_worst_m,sigma_worst_deg,held_out_planes,"
             "held_out_rms_before_m,held_out_rms_after_m,held_out_bias_before_m,"
-            "held_out_bias_after_m\n");
+            "held_out_bias_after_m,network_residual_sigmas\n");
 }
 
 TEST(RunTables, LinksReadBackExactly) {
@@ -72,6 +72,7 @@ TEST(RunTables, LinksReadBackExactly) {
     EXPECT_EQ(table.Real(row, "qz"), link.fine->Quaternion().z());
     EXPECT_EQ(table.Real(row, "rms_m"), link.rms_m);
     EXPECT_EQ(table.Real(row, "network_residual_deg"), link.network_residual_deg);
+    EXPECT_EQ(table.Real(row, "network_residual_sigmas"), link.network_residual_sigmas);
     EXPECT_EQ(table.Text(row, "loop_controlled"), *link.loop_controlled ? "true" : "false");
     EXPECT_EQ(table.Real(row, "conflict"), link.conflict);
     EXPECT_EQ(table.Text(row, "held_out_planes").empty(), !link.held_out.has_value());
@@ -143,7 +144,7 @@ TEST(RunJson, ParsesBackWithStableKeys) {
   const RunRecord run = SampleRun();
   const std::string text = ReportText(run);
   EXPECT_EQ(text, ReportText(run));
-  EXPECT_THAT(text, StartsWith("{\n  \"schema_version\": 2,\n"));
+  EXPECT_THAT(text, StartsWith("{\n  \"schema_version\": 3,\n"));
   const auto json = nlohmann::ordered_json::parse(text);
   std::vector<std::string> keys;
   for (const auto& [key, value] : json.items()) keys.push_back(key);

@@ -65,6 +65,7 @@ LinkRecord SampleLink(const RunRecord& run, int source, int target, LinkStatus s
   link.network_weight = random.Uniform(0.7, 1.0);
   link.network_residual_m = random.Uniform(0.0, 0.024);
   link.network_residual_deg = random.Uniform(0.0, 0.02);
+  link.network_residual_sigmas = random.Uniform(0.0, 2.5);
   link.loop_controlled = source < 9;
   link.candidates = 2;
   link.conflict = random.Uniform(0.0, 0.08);
@@ -73,7 +74,7 @@ LinkRecord SampleLink(const RunRecord& run, int source, int target, LinkStatus s
   covariance.diagonal() << 1e-9, 1e-9, 2e-9, 1e-6, 1e-6, 2e-6;
   link.covariance = covariance;
   link.held_out = HeldOutRecord{31, 0.0034, 0.0021, -0.0009, 0.0002};
-  link.weakest = WeakestRecord{random.Rotation().col(0), random.Uniform(0.0003, 0.002)};
+  link.worst_place = WorstPlaceRecord{random.Rotation().col(0), random.Uniform(0.0003, 0.002)};
   return link;
 }
 

@@ -208,7 +208,10 @@ TEST(MakeLinkRecords, ResidualIsHowFarApartTheSourceStands) {
   // Turned about the source's own place, which stays, and then moved by 5 mm.
   link.rotation = ExpSo3(Eigen::Vector3d(0.0, 0.0, 0.01)) * link.rotation;
   link.translation += Eigen::Vector3d(0.003, 0.0, -0.004);
+  survey.Fate(0, 1).residual_sigmas = 1.7;
   auto records = MakeLinkRecords(survey.stations, survey.pairs, survey.network);
+  EXPECT_EQ(records[joined].network_residual_sigmas, 1.7);
+  EXPECT_FALSE(records[survey.Find(0, 2)].network_residual_sigmas);
   EXPECT_NEAR(*records[joined].network_residual_m, 0.005, 1e-12);
   EXPECT_NEAR(*records[joined].network_residual_deg, 0.01 * kDegrees, 1e-9);
   EXPECT_FALSE(records[survey.Find(0, 2)].network_residual_m);

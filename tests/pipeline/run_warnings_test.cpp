@@ -51,6 +51,51 @@ TEST(RunWarnings, TenLinksAreNamedAndOthersCounted) {
   EXPECT_THAT(warnings, Contains(HasSubstr("S10 - T and others; see")));
 }
 
+TEST(RunWarnings, LinksThatClaimTooMuchAreNamedWorstFirst) {
+  std::vector<LinkRecord> links;
+  for (const auto& [name, sigmas] : {std::pair("A", 1.9), {"B", 2.5}, {"C", 4.0}, {"D", 9.0}}) {
+    links.push_back(Link(name, "refined"));
+    links.back().network_residual_m = 0.0012 * sigmas;
+    links.back().network_residual_sigmas = sigmas;
+  }
+  links.back().status = LinkStatus::kRejected;
+  EXPECT_THAT(WarningsOf(links),
+              Contains(HasSubstr("2 accepted link(s) lie further from the adjusted network than "
+                                 "their own sigmas tell: C - T (4.8 mm, 4.0 times), B - T (3.0 mm, "
+                                 "2.5 times); so")));
+  links.resize(1);
+  EXPECT_THAT(WarningsOf(links), Not(Contains(HasSubstr("their own sigmas tell"))));
+}
+
+TEST(RunWarnings, APartThatStandsApartIsOneWarning) {
+  RunRecord run;
+  for (const auto& [name, component] : {std::pair("A", 0), {"B", 0}, {"C", 1}, {"D", 1}}) {
+    PoseRecord pose;
+    pose.station = name;
+    pose.status = StationStatus::kRegistered;
+    pose.component = component;
+    run.poses.push_back(pose);
+  }
+  const auto doubtful = [&](const std::string& source, const char* target, const char* reason,
+                            double conflict) {
+    LinkRecord link = Link(source, "refined", LinkStatus::kDoubtful);
+    link.target = fmt::format("{}", target);
+    link.reason = fmt::format("{}", reason);
+    link.conflict = conflict;
+    run.links.push_back(link);
+  };
+  doubtful("C", "A", "free_space_conflict", 0.1);
+  doubtful("C", "B", "far_from_start", 0.004);
+  doubtful("C", "D", "ambiguous", 0.0);  // within the part
+  AddWarnings(SurveyProject(), {}, PairDiscovery(), Network(), GeoreferencedNetwork(), &run);
+  EXPECT_THAT(run.warnings,
+              ::testing::ElementsAre(::testing::AllOf(
+                  HasSubstr("component 2 (C, D) stands apart: nothing connects it with the main "
+                            "network; doubtful: C - B (far from start), C - A (free space "
+                            "conflict), first of which least was seen through"),
+                  HasSubstr("of 2 pair(s) that were tried: "))));
+}
+
 TEST(RunWarnings, ALinkThatNothingRefinedIsNamedAlone) {
   EXPECT_THAT(WarningsOf({Link("A", "too_few_planes")}),
               Contains("link A - T: fine registration ended as too_few_planes"));

@@ -34,15 +34,23 @@ TEST(UnlinkedStations, DoubtfulLinksAreNamedWithWhatCouldConfirmThem) {
       Link("S3", "S1", LinkStatus::kDoubtful, "unconfirmed"),
       Link("S2", "S3", LinkStatus::kRejected, "refuted_by_views"),
   };
-  EXPECT_THAT(DescribeDoubtful(links, "S1"), StartsWith("; doubtful ones to S2, S3, which no"));
-  EXPECT_THAT(DescribeDoubtful(links, "S2"), StartsWith("; doubtful ones to S1, which no loop"));
-  EXPECT_THAT(DescribeDoubtful(links, "S1"), Not(HasSubstr("pairs: include")));
+  EXPECT_THAT(DescribeGap(links, {"S1"}),
+              StartsWith("; doubtful: S1 - S2 (free space conflict), S3 - S1 (unconfirmed), first "
+                         "of which least was seen through, which no loop"));
+  EXPECT_THAT(DescribeGap(links, {"S2"}),
+              StartsWith("; doubtful: S1 - S2 (free space conflict), which no loop"));
+  EXPECT_THAT(DescribeGap(links, {"S1", "S2"}), StartsWith("; doubtful: S3 - S1 (unconfirmed), "));
+  EXPECT_THAT(DescribeGap(links, {"S1"}), Not(HasSubstr("pairs: include")));
   // A station that could not be tried either is no way out.
   links.push_back(Link("S4", "S1", LinkStatus::kSkipped, "unusable_station"));
-  EXPECT_THAT(DescribeDoubtful(links, "S1"), Not(HasSubstr("pairs: include")));
+  EXPECT_THAT(DescribeGap(links, {"S1"}), Not(HasSubstr("pairs: include")));
   links.back().reason = "not_similar";
-  EXPECT_THAT(DescribeDoubtful(links, "S1"), HasSubstr("pairs: include"));
-  EXPECT_EQ(DescribeDoubtful(links, "S4"), "");
+  EXPECT_THAT(DescribeGap(links, {"S1"}), HasSubstr("pairs: include"));
+  EXPECT_THAT(DescribeGap(links, {"S4"}), StartsWith("; none of its pairs was tried"));
+  // That of which least was seen through comes first.
+  links[0].conflict = 0.2;
+  links[1].conflict = 0.1;
+  EXPECT_THAT(DescribeGap(links, {"S1"}), StartsWith("; doubtful: S3 - S1"));
 }
 
 TEST(UnlinkedStations, TellWhatBecameOfTheirPairs) {
@@ -55,7 +63,8 @@ TEST(UnlinkedStations, TellWhatBecameOfTheirPairs) {
       Link("A", "B", LinkStatus::kRejected, "tilted"),
   };
   const std::string text = DescribeUnlinked(links, "S1");
-  EXPECT_THAT(text, StartsWith("no accepted link to any other station; doubtful ones to B, "));
+  EXPECT_THAT(text,
+              StartsWith("no accepted link to any other station; doubtful: S1 - B (ambiguous)"));
   EXPECT_THAT(text, HasSubstr("; of 4 pair(s) that were tried: 2 ambiguous (several placements fit "
                               "alike, as where a scene repeats or is symmetric), 1 failed, 1 low "
                               "overlap (too little of the two clouds would lie on each other)"));
@@ -69,8 +78,9 @@ TEST(UnlinkedStations, NameNoMoreThanCanBeRead) {
   for (int i = 1; i <= 11; ++i) {
     links.push_back(Link("S0", fmt::format("T{}", i), LinkStatus::kDoubtful, "ambiguous"));
   }
-  EXPECT_THAT(DescribeDoubtful(links, "S0"), HasSubstr("T10 and others, which no loop"));
-  EXPECT_THAT(DescribeDoubtful(links, "S0"), Not(HasSubstr("T11")));
+  EXPECT_THAT(DescribeGap(links, {"S0"}),
+              HasSubstr("S0 - T3 (ambiguous) and others, first of which least"));
+  EXPECT_THAT(DescribeGap(links, {"S0"}), Not(HasSubstr("T4")));
   for (const char* reason : {"undetermined", "low_overlap", "contradicts_prior"}) {
     links.push_back(Link("S0", "U", LinkStatus::kRejected, reason));
   }

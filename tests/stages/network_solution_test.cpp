@@ -5,9 +5,12 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
+#include <numbers>
 
 #include "tests/stages/synthetic_links.h"
+#include "tests/support/matchers.h"
 
 namespace backsight {
 namespace {
@@ -45,6 +48,32 @@ TEST(SolveNetwork, TheOrderOfTheLinksDoesNotMatter) {
     for (std::size_t l = 0; l < order.size(); ++l) EXPECT_EQ(b.fate[l], a.fate[order[l]]);
     EXPECT_LT(LargestDistance(a.poses.survey_from_station, b.poses.survey_from_station), 1e-7);
   }
+}
+
+TEST(ResidualInSigmas, IsOneWhereTheCovarianceIsRight) {
+  const NetworkOptions options;
+  const double floor_rad = options.floor_rotation_deg * std::numbers::pi / 180.0;
+  Random random(11);
+  double squares = 0.0;
+  constexpr int kLinks = 3000;
+  for (int i = 0; i < kLinks; ++i) {
+    // A claim of its own in every direction, and the systematic error on top of it.
+    Matrix6d mixing = Matrix6d::Identity();
+    for (double& value : mixing.reshaped()) value += 0.3 * random.Normal();
+    Vector6d unit;
+    for (double& value : unit) value = random.Normal();
+    mixing *= 0.001;
+    Vector6d error = mixing * unit;
+    for (int k = 0; k < 6; ++k) {
+      error[k] += (k < 3 ? floor_rad : options.floor_translation_m) * random.Normal();
+    }
+    NetworkLink link;
+    link.information = (mixing * mixing.transpose()).inverse();
+    link.target_from_source = RandomTransform(random, 20.0);
+    const RigidTransform truth = Retract(link.target_from_source, error);
+    squares += std::pow(ResidualInSigmas(link, truth, options), 2) / kLinks;
+  }
+  EXPECT_NEAR(squares, 1.0, 0.05);
 }
 
 TEST(SolveNetwork, NormalisedErrorsAreOne) {
