@@ -86,6 +86,7 @@ std::string PlacedCard(const RunRecord& run) {
   }
   constexpr std::size_t kShown = 3;
   std::vector<std::string> parts;
+  parts.reserve(sizes.size());
   for (const auto& [component, size] : sizes) parts.push_back(std::to_string(size));
   const bool more = parts.size() > kShown;
   if (more) parts.resize(kShown);

@@ -138,12 +138,15 @@ Reason FindDoubt(const VerificationInput& input, const VerificationOptions& opti
                  const VerificationResult& result) {
   // What the network predicts must not confirm the links that it was predicted from: without proof
   // of its own it needs theirs.
-  const bool unproved =
-      !input.consensus || !IsSignificant(*input.consensus, input.consensus_null, options);
+  const bool by_chance =
+      input.consensus && !IsSignificant(*input.consensus, input.consensus_null, options);
+  const bool unproved = !input.consensus || by_chance;
   if (unproved && !CloudsProve(input, options, result)) return Reason::kNotSignificant;
   if (result.overlap < options.sure_overlap) return Reason::kLowOverlap;
   if (result.worst_conflict() >= options.sure_conflict) return Reason::kFreeSpace;
-  if (IsFarFromStart(input, result)) return Reason::kFarFromStart;
+  // Where the clouds prove the end, a start that chance could have proposed says nothing against
+  // it.
+  if (!by_chance && IsFarFromStart(input, result)) return Reason::kFarFromStart;
   return IsUndetermined(input, result) ? Reason::kUndetermined : Reason::kNone;
 }
 

@@ -159,6 +159,31 @@ TEST_F(Verification, LevelledPairsWhoseMotionsWereComparedNeedLessFit) {
       << "not levelled";
 }
 
+TEST_F(Verification, DoubtsWhatMovedFarFromAStartThatCountsOnly) {
+  FineResult fine;
+  fine.status = FineResult::Status::kRefined;
+  fine.target_from_source = Truth();
+  fine.weakest_sigma_m = 0.001;
+  Matrix6d information = Matrix6d::Identity();
+  information *= 1e6;
+  const auto judge = [&](double shift_l, std::optional<int> consensus,
+                         const VerificationOptions& options) {
+    RigidTransform start = Truth();
+    start.translation.x() += shift_l * first_->surface().model.resolution_m();
+    return VerifyPair({second_->surface(), first_->surface(), second_->index, first_->index, start,
+                       information, consensus, 4, fine, std::nullopt},
+                      options);
+  };
+  for (const std::optional<int> consensus : {std::optional<int>(40), std::optional<int>()}) {
+    EXPECT_EQ(judge(3.5, consensus, {}).verdict, Verdict::kAccepted);
+    EXPECT_EQ(judge(4.5, consensus, {}).verdict, Verdict::kDoubtful);
+    EXPECT_EQ(judge(4.5, consensus, {}).reason, VerificationResult::Reason::kFarFromStart);
+  }
+  EXPECT_EQ(judge(4.5, 7, {}).verdict, Verdict::kAccepted) << "chance proposed it, clouds prove it";
+  EXPECT_EQ(judge(4.5, 7, {.sure_quality = 1.0}).reason,
+            VerificationResult::Reason::kNotSignificant);
+}
+
 TEST_F(Verification, RejectsPredictionsThatTheCloudsDoNotFit) {
   VerificationOptions options;
   options.min_quality = 1.0;
