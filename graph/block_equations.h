@@ -16,7 +16,7 @@ struct LinkScore {
   int target = 0;
   Vector6d gradient = Vector6d::Zero();              ///< left perturbations of survey_from_station
   Matrix6d matrix = Matrix6d::Zero();                ///< Gauss-Newton
-  Matrix6d known = Matrix6d::Zero();                 ///< of it what counts across the surfaces
+  Matrix6d known = Matrix6d::Zero();                 ///< the part of it across surfaces, not along
   Eigen::Vector3d center = Eigen::Vector3d::Zero();  ///< where it was observed, survey frame
 };
 

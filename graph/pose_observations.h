@@ -15,9 +15,8 @@ struct NormalEquations {
   Eigen::MatrixXd matrix;
 };
 
-/// Adds what is known of the relative pose of the stations with rows from `i` and from `j` on, a
-/// motion of the one being that of the other the other way round: to their own blocks of the
-/// matrix, and its negative to those between them.
+/// Adds J^T information J, J = [I, -I], to the rows and columns of two different stations, which
+/// begin at `i` and `j`: what is known of their relative pose. The information is symmetric.
 void AddRelative(Eigen::Index i, Eigen::Index j, const Matrix6d& information,
                  Eigen::MatrixXd* matrix);
 

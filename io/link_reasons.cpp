@@ -16,7 +16,7 @@ constexpr Meaning kMeanings[] = {
     {"fine_diverged", "refining led far away from its start"},
     {"tilted", "both are levelled, and their vertical axes would not be parallel"},
     {"free_space_conflict", "a scanner saw through surfaces that the other would put there"},
-    {"far_from_start", "refining moved it further than its start should be wrong"},
+    {"far_from_start", "refining moved it further than its start can be in error"},
     {"undetermined",
      "no surface holds some direction, as along a street, on open ground or from one place, or "
      "nothing refined a predicted motion"},

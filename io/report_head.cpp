@@ -93,8 +93,8 @@ std::string PlacedCard(const RunRecord& run) {
   return Card(
       fmt::format("{}{} of {}", parts.empty() ? "0" : fmt::format("{}", fmt::join(parts, " + ")),
                   more ? " + &hellip;" : "", run.poses.size()),
-      sizes.size() > 1 ? fmt::format("stations registered, in {} components that nothing "
-                                     "connects",
+      sizes.size() > 1 ? fmt::format("stations registered, in {} components that no link "
+                                     "joins",
                                      sizes.size())
                        : "stations registered");
 }

@@ -93,15 +93,16 @@ std::string SkippedSentence(const ReportDocument& document) {
 }
 
 /// Stations that have no place, or one apart from the main network.
-std::string RejectedStations(const RunRecord& run) {
+std::string StationsApart(const RunRecord& run) {
   HtmlTable table({{"station"}, {"status"}, {"reason"}});
   bool any = false;
   for (const PoseRecord& pose : run.poses) {
     const bool placed = pose.status == StationStatus::kRegistered;
     if (placed && pose.component == 0) continue;
     any = true;
-    table.Row({HtmlBold(pose.station), HtmlMark(false, CodeWords(ToString(pose.status))),
-               placed ? fmt::format("in component {}, which nothing connects with the main network",
+    table.Row({HtmlBold(pose.station),
+               HtmlMark(false, placed ? "apart" : CodeWords(ToString(pose.status))),
+               placed ? fmt::format("in component {}, which no link joins with the main network",
                                     ComponentNumber(pose.component))
                       : HtmlText(CodeWords(pose.reason))});
   }
@@ -169,7 +170,7 @@ std::string LinkTable(const RunRecord& run) {
                    {"surfaces: median [mm]", true},
                    {"95 % [mm]", true},
                    {"place: worst &sigma; [mm]", true},
-                   {"there: azimuth / elevation"},
+                   {"in direction: azimuth / elevation"},
                    {"network residual [mm]", true},
                    {"[deg]", true},
                    {"[its &sigma;]", true},
@@ -211,8 +212,10 @@ std::string LinkTable(const RunRecord& run) {
              "alone determines it least, and that direction; azimuth from the plan's upward axis, "
              "clockwise. Network residual: how far the source stands apart, by the link and by the "
              "adjusted network; in its &sigma;: all six unknowns, by the pair's own standard "
-             "deviations (systematic floor and links' &sigma; factor included); 1 is usual, above "
-             "2 the pair claims to know more than it does.</span>");
+             "deviations (systematic floor and links' &sigma; factor included), root mean square; "
+             "up to "
+             "about 1 is usual; above 2 the pair knows less than it says, or something is wrong "
+             "there. 0 where no loop controls the link and no planes were adjusted.</span>");
 }
 
 std::string LinkOriginTable(const RunRecord& run) {
@@ -251,7 +254,7 @@ std::string LinkOriginTable(const RunRecord& run) {
 }
 
 std::string RejectedSection(const ReportDocument& document) {
-  return "<h3>Stations</h3>\n" + RejectedStations(document.run) + "<h3>Pairs</h3>\n" +
+  return "<h3>Stations</h3>\n" + StationsApart(document.run) + "<h3>Pairs</h3>\n" +
          RejectedPairs(document.run) + SkippedSentence(document) + ReasonTable(document) +
          "<h3>Points</h3>\n" + RejectedPoints(document.run);
 }

@@ -90,10 +90,10 @@ std::string ClosureTable(const RunRecord& run) {
   }
   return table.Finish() +
          HtmlSentence(
-             "<span class=\"soft\">Of the pairs' own motions, before any adjustment. Where links "
-             "are "
-             "weak in a direction, refined motions may close there no better than coarse ones; the "
-             "network does not take that direction from them.</span>");
+             "<span class=\"soft\">Of the pairs' own motions, before any adjustment. Along a "
+             "direction in which links are weak, refined motions may close no better than coarse "
+             "ones; the network gives it little weight where others hold it, and rests on it where "
+             "nothing else does.</span>");
 }
 
 std::string HeldOutTable(const RunRecord& run) {

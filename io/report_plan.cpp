@@ -200,7 +200,7 @@ std::string Legend() {
       "</svg>uncontrolled: on no loop</span>\n";
   html +=
       "<span><svg width=\"34\" height=\"12\"><line class=\"weak\" x1=\"4\" y1=\"6\" x2=\"30\" "
-      "y2=\"6\"/></svg>worst direction of a link: it knows the place least there (shorter: partly "
+      "y2=\"6\"/></svg>where a pair alone knows the place of its source least (shorter: partly "
       "vertical; "
       "<svg width=\"14\" height=\"14\"><circle class=\"weak\" cx=\"7\" cy=\"7\" "
       "r=\"5\"/></svg>: vertical)</span>\n";

@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 #include <numeric>
 
@@ -187,8 +188,9 @@ void MeasureResiduals(const std::vector<NetworkLink>& links,
     const auto target = static_cast<std::size_t>(links[l].target);
     const int component = network->component[source];
     if (component < 0 || component != network->component[target]) continue;
-    network->candidates[l].residual_sigmas =
+    const double sigmas =
         ResidualInSigmas(links[l], poses[target].Inverse() * poses[source], options) / factor;
+    if (std::isfinite(sigmas)) network->candidates[l].residual_sigmas = sigmas;
   }
 }
 

@@ -32,9 +32,13 @@ void AddComponentWarnings(RunRecord* run) {
     stations[pose.component].push_back(pose.station);
   }
   for (const auto& [component, members] : stations) {
+    const auto ground = std::find_if(
+        run->georeference.begin(), run->georeference.end(),
+        [&](const GeoreferenceRecord& g) { return g.component == component && g.placed(); });
     run->warnings.push_back(
-        fmt::format("component {} ({}) stands apart: nothing connects it with the main network{}",
+        fmt::format("component {} ({}) stands apart: no link joins it with other stations{}{}",
                     ComponentNumber(component), FirstNames(members),
+                    ground == run->georeference.end() ? "" : "; control alone places it",
                     DescribeGap(run->links, {members.begin(), members.end()})));
   }
 }
@@ -83,27 +87,29 @@ void AddWeakLinkWarning(RunRecord* run) {
 }
 
 /// Accepted links that are further off than they say, the worst first.
-void AddBoldLinkWarning(RunRecord* run) {
-  constexpr double kSignificant = 2.0;  // by chance one link in 2000
-  std::vector<const LinkRecord*> bold;
+void AddOverconfidentLinkWarning(RunRecord* run) {
+  constexpr double kSignificant = 2.0;  // one link in 2000 where sigmas and network are right
+  std::vector<const LinkRecord*> links;
   for (const LinkRecord& link : run->links) {
     if (link.status != LinkStatus::kAccepted) continue;
-    if (link.network_residual_sigmas.value_or(0.0) > kSignificant) bold.push_back(&link);
+    if (link.network_residual_sigmas.value_or(0.0) > kSignificant) links.push_back(&link);
   }
-  if (bold.empty()) return;
-  std::stable_sort(bold.begin(), bold.end(), [](const LinkRecord* a, const LinkRecord* b) {
+  if (links.empty()) return;
+  std::stable_sort(links.begin(), links.end(), [](const LinkRecord* a, const LinkRecord* b) {
     return *a->network_residual_sigmas > *b->network_residual_sigmas;
   });
   std::vector<std::string> names;
-  for (const LinkRecord* link : bold) {
-    names.push_back(fmt::format("{} - {} ({:.1f} mm, {:.1f} times)", link->source, link->target,
-                                1000.0 * link->network_residual_m.value_or(0.0),
+  names.reserve(links.size());
+  for (const LinkRecord* link : links) {
+    names.push_back(fmt::format("{} - {} ({:.1f} mm and {:.4f} deg: {:.1f} sigmas)", link->source,
+                                link->target, 1000.0 * link->network_residual_m.value_or(0.0),
+                                link->network_residual_deg.value_or(0.0),
                                 *link->network_residual_sigmas));
   }
   run->warnings.push_back(fmt::format(
       "{} accepted link(s) lie further from the adjusted network than their own sigmas tell: {}; "
-      "so these links' sigmas are too small; those of the stations rest on them only where the "
-      "planes of all stations were not adjusted",
+      "either these links know less than they say, or something is wrong there: look at closures, "
+      "planes that took no part, and cross sections",
       names.size(), FirstNames(names)));
 }
 
@@ -219,7 +225,7 @@ void AddWarnings(const SurveyProject& project, const std::vector<Station>& stati
   AddScannerWarnings(stations, run);
   AddLinkWarnings(run);
   AddWeakLinkWarning(run);
-  AddBoldLinkWarning(run);
+  AddOverconfidentLinkWarning(run);
   AddDistanceWarnings(run);
   AddPairWarnings(stations, discovery, run);
   AddRefinementWarnings(run);

@@ -50,7 +50,7 @@ std::string DescribePairs(const std::vector<LinkRecord>& links, const Members& m
       tried.push_back(link.status == LinkStatus::kFailed ? "failed" : link.reason);
     }
   }
-  const char* const whose = members.size() == 1 ? "its pairs" : "the pairs that lead there";
+  const char* const whose = members.size() == 1 ? "its pairs" : "the pairs that lead out";
   if (!tried.empty()) {
     return fmt::format("; of {} pair(s) that were tried: {}", tried.size(), CountReasons(tried));
   }
@@ -58,36 +58,43 @@ std::string DescribePairs(const std::vector<LinkRecord>& links, const Members& m
                      skipped.empty() ? "" : ": " + CountReasons(skipped));
 }
 
-/// "; doubtful: S9 - S8 (far from start), ..." with what could confirm them: first the one of which
-/// least was seen through, which places that only look alike seldom are. Empty where there is none.
-std::string DescribeDoubtful(const std::vector<LinkRecord>& links, const Members& members) {
-  std::vector<const LinkRecord*> doubtful;
+/// Neither used nor refuted: by itself, or because the network could have it in several places.
+bool IsUndecided(const LinkRecord& link) {
+  return link.status == LinkStatus::kDoubtful || link.reason == "ambiguous";
+}
+
+/// "; 11 undecided pair(s), the least seen through first: S9 - S8 (far from start, 0.4 %), ..."
+/// with what could decide. Empty where there is none.
+std::string DescribeUndecided(const std::vector<LinkRecord>& links, const Members& members) {
+  std::vector<const LinkRecord*> undecided;
   bool untried = false;
   for (const LinkRecord& link : links) {
     if (!LeadsOut(link, members)) continue;
     untried |= link.status == LinkStatus::kSkipped && link.reason != "unusable_station";
-    if (link.status == LinkStatus::kDoubtful) doubtful.push_back(&link);
+    if (IsUndecided(link)) undecided.push_back(&link);
   }
-  if (doubtful.empty()) return "";
-  std::stable_sort(doubtful.begin(), doubtful.end(),
+  if (undecided.empty()) return "";
+  std::stable_sort(undecided.begin(), undecided.end(),
                    [](const auto* a, const auto* b) { return a->conflict < b->conflict; });
   constexpr std::size_t kNamed = 3;
   std::vector<std::string> names;
-  for (const LinkRecord* link : doubtful) {
-    names.push_back(fmt::format("{} - {} ({})", link->source, link->target,
-                                link->reason.empty() ? "unconfirmed" : CodeWords(link->reason)));
+  names.reserve(undecided.size());
+  for (const LinkRecord* link : undecided) {
+    names.push_back(fmt::format("{} - {} ({}, {:.1f} %)", link->source, link->target,
+                                link->reason.empty() ? "unconfirmed" : CodeWords(link->reason),
+                                100.0 * link->conflict));
   }
   return fmt::format(
-      "; doubtful: {}{}, which no loop of other links confirms: a further station that overlaps "
-      "with both sides could{}",
-      FirstNames(names, kNamed), names.size() > 1 ? ", first of which least was seen through" : "",
+      "; {} undecided pair(s), the least seen through first: {}; no loop of other links decides; a "
+      "further station that overlaps with both sides could{}",
+      names.size(), FirstNames(names, kNamed),
       untried ? ", or pairs that were not tried (pairs: include)" : "");
 }
 
 }  // namespace
 
 std::string DescribeGap(const std::vector<LinkRecord>& links, const Members& members) {
-  return DescribeDoubtful(links, members) + DescribePairs(links, members);
+  return DescribeUndecided(links, members) + DescribePairs(links, members);
 }
 
 std::string DescribeUnlinked(const std::vector<LinkRecord>& links, const std::string& station) {

@@ -8,10 +8,10 @@
 
 namespace backsight {
 
-/// Why nothing connects these stations with others, as the end of a sentence: "; doubtful: S9 - S8
-/// (far from start) ..." with what could confirm them, those first of which least was seen through,
-/// and "; of 31 pair(s) that were tried: ..." with how many ended for which reason, the most
-/// frequent first, or why none was tried.
+/// Why no link joins these stations with others, as the end of a sentence: "; 11 undecided pair(s),
+/// the least seen through first: S9 - S8 (far from start, 0.4 %), ..." with what could decide, and
+/// "; of 31 pair(s) that were tried: ..." with how many ended for which reason, the most frequent
+/// first, or why none was tried.
 std::string DescribeGap(const std::vector<LinkRecord>& links,
                         const std::set<std::string>& stations);
 

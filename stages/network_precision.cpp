@@ -82,8 +82,9 @@ Eigen::MatrixXd Resistance(const PrecisionInput& input, const Eigen::MatrixXd& o
   problem.curvature = PlaneCurvature::kExact;
   Eigen::MatrixXd matrix =
       input.robust_slope * AssembleNormalEquations(problem, input.poses).matrix + of_others;
-  for (const LinkScore& score : input.surfaces)
+  for (const LinkScore& score : input.surfaces) {
     AddRelative(6 * score.source, 6 * score.target, score.known, &matrix);
+  }
   return matrix;
 }
 
@@ -179,8 +180,9 @@ std::vector<std::uint64_t> SpatialBlocks(const PrecisionInput& input, double edg
 Eigen::MatrixXd ScanInformation(const PrecisionInput& input, const ExecutionContext& context) {
   Eigen::MatrixXd matrix =
       AssembleNormalEquations({input.planes, {}, &context}, input.poses).matrix;
-  for (const LinkScore& score : input.surfaces)
+  for (const LinkScore& score : input.surfaces) {
     AddRelative(6 * score.source, 6 * score.target, score.matrix, &matrix);
+  }
   return matrix;
 }
 

@@ -39,7 +39,8 @@ struct NetworkLink {
 Matrix6d LinkCovariance(const NetworkLink& link, const NetworkOptions& options);
 
 /// How far a link lies from a motion of its stations in standard deviations of LinkCovariance, rms
-/// over the six unknowns: 1 where the covariance is right and the motion exact.
+/// over the six unknowns: 1 where the covariance is right and the motion exact; NaN where the
+/// covariance is not one.
 double ResidualInSigmas(const NetworkLink& link, const RigidTransform& target_from_source,
                         const NetworkOptions& options);
 

@@ -20,8 +20,8 @@ RatioEstimate Together(const RatioEstimate& a, bool has_a, const RatioEstimate& 
   return {0.5 * (a.value + b.value), 0.5 * std::hypot(a.sigma, b.sigma)};
 }
 
-void MeasureClouds(const VerificationInput& input, VerificationResult* result) {
-  const RigidTransform& motion = input.fine.target_from_source;
+void MeasureClouds(const VerificationInput& input, const RigidTransform& motion,
+                   VerificationResult* result) {
   // Tight, so that furniture that differs by centimetres decides; never tighter than the planes.
   const double tolerance_m =
       std::max(0.3 * input.target.model.resolution_m(), 3.0 * input.fine.rms_m);
@@ -133,6 +133,20 @@ bool IsFarFromStart(const VerificationInput& input, const VerificationResult& re
   return result.shift_l > kShift || result.turn_rad > std::max(kTurn, 5.0 * sigma);
 }
 
+bool Exceeds(const RatioEstimate& a, const RatioEstimate& b) {
+  return a.value - b.value > kSigmas * std::hypot(a.sigma, b.sigma);
+}
+
+/// Whether the clouds rule out the place that the refinement began from. Both places are so near
+/// each other that scanners see and sample the surfaces alike: none is preferred by how they do.
+bool CloudsRefuteStart(const VerificationInput& input, const VerificationResult& end) {
+  VerificationResult start;
+  MeasureClouds(input, input.start, &start);
+  const bool better = Exceeds(start.conflict, end.conflict) || Exceeds(end.quality, start.quality);
+  const bool worse = Exceeds(end.conflict, start.conflict) || Exceeds(start.quality, end.quality);
+  return better && !worse;
+}
+
 /// What leaves a pair to the network; kNone if nothing does.
 Reason FindDoubt(const VerificationInput& input, const VerificationOptions& options,
                  const VerificationResult& result) {
@@ -144,9 +158,10 @@ Reason FindDoubt(const VerificationInput& input, const VerificationOptions& opti
   if (unproved && !CloudsProve(input, options, result)) return Reason::kNotSignificant;
   if (result.overlap < options.sure_overlap) return Reason::kLowOverlap;
   if (result.worst_conflict() >= options.sure_conflict) return Reason::kFreeSpace;
-  // Where the clouds prove the end, a start that chance could have proposed says nothing against
-  // it.
-  if (!by_chance && IsFarFromStart(input, result)) return Reason::kFarFromStart;
+  // A start that chance could have proposed says nothing where the clouds prove the end and rule
+  // out the start.
+  const bool far = IsFarFromStart(input, result);
+  if (far && !(by_chance && CloudsRefuteStart(input, result))) return Reason::kFarFromStart;
   return IsUndetermined(input, result) ? Reason::kUndetermined : Reason::kNone;
 }
 
@@ -216,7 +231,7 @@ VerificationResult VerifyPair(const VerificationInput& input, const Verification
   result.consensus = input.consensus.value_or(0);
   result.consensus_null = input.consensus_null;
   result.sighted = input.source.scanner_credible || input.target.scanner_credible;
-  MeasureClouds(input, &result);
+  MeasureClouds(input, input.fine.target_from_source, &result);
   MeasureChange(input, &result);
   result.reason = FindFault(input, options, result);
   if (result.reason != Reason::kNone) return result;

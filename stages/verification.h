@@ -59,7 +59,7 @@ struct VerificationResult {
     kFineDiverged,      ///< the planes pull away from the correspondences
     kTilted,            ///< levelled instruments would stand at an angle
     kFreeSpace,         ///< one scanner saw through surfaces that the other would put there
-    kFarFromStart,      ///< refined farther away than the start should be wrong
+    kFarFromStart,      ///< refined farther away than the start can be in error
     kUndetermined,      ///< one direction is held by nothing, or by the pattern of the beams alone
     kAmbiguous,         ///< a rival motion fits as well
     kContradictsPrior,  ///< the priors of both stations rule the motion out

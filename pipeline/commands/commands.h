@@ -82,7 +82,7 @@ struct EvaluateArguments {
   double max_re_deg = 5.0;
   double max_te_m = 0.5;
 };
-int EvaluateCommand(const EvaluateArguments& arguments);
+int EvaluateCommand(EvaluateArguments arguments);
 
 /// `columns`: of a text scan, "x,y,z,skip"; empty: guessed.
 int InfoCommand(const std::string& scan, int scan_index, const std::string& columns);

@@ -46,8 +46,11 @@ RelativePoses ReadTruth(const std::string& path) {
   return relative;
 }
 
+/// The poses.csv itself, or that of a run's output folder.
 std::string PosesFile(const std::string& given) {
-  return std::filesystem::is_directory(given) ? given + "/poses.csv" : given;
+  std::error_code none;
+  if (!std::filesystem::is_directory(given, none)) return given;
+  return (std::filesystem::path(given) / "poses.csv").string();
 }
 
 std::vector<PairError> CompareWithTruth(const std::vector<PoseRecord>& poses,
@@ -94,13 +97,14 @@ void RequireCommonStation(const EvaluateArguments& arguments, const std::vector<
 
 }  // namespace
 
-int EvaluateCommand(const EvaluateArguments& arguments) {
+int EvaluateCommand(EvaluateArguments arguments) {
+  arguments.poses = PosesFile(arguments.poses);
   const RelativePoses truth = ReadTruth(arguments.truth);
   if (truth.empty()) {
     throw InputError(
         {arguments.truth, "no pair of poses", "the truth of at least two stations", ""});
   }
-  const std::vector<PoseRecord> poses = ReadPoseRecords(PosesFile(arguments.poses));
+  const std::vector<PoseRecord> poses = ReadPoseRecords(arguments.poses);
   RequireCommonStation(arguments, poses, truth);
   const std::vector<PairError> errors = CompareWithTruth(poses, truth);
   std::size_t successes = 0;
@@ -120,7 +124,7 @@ int EvaluateCommand(const EvaluateArguments& arguments) {
              truth.size(), arguments.max_re_deg, arguments.max_te_m, errors.size(),
              errors.size() - successes);
   if (errors.size() < truth.size()) {
-    fmt::print("{} not compared: a station is not placed, or both stand in different components\n",
+    fmt::print("{} not compared: the poses do not have both stations placed, in one component\n",
                truth.size() - errors.size());
   }
   if (successes > 0) {

@@ -68,7 +68,7 @@ TEST(CommandLine, EvaluateTakesFoldersAndCountsWhatItCannotCompare) {
       RunProgram(fmt::format("evaluate '{}' --truth '{}'", folder / "", folder / ""));
   EXPECT_EQ(run.exit_code, 3);
   EXPECT_THAT(run.out, HasSubstr("1 of 6 pairs within 5 deg and 0.5 m; 1 compared, 0 wrong\n"
-                                 "5 not compared: a station is not placed"));
+                                 "5 not compared: the poses do not have both stations placed"));
 }
 
 /// The first block of YAML in a document.

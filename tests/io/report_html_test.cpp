@@ -94,10 +94,10 @@ TEST(ReportHtml, CountsThePartsOfANetwork) {
   EXPECT_THAT(Html(run), HasSubstr("<b>10 of 12</b><span>stations registered</span>"));
   EXPECT_THAT(Html(run), ::testing::ContainsRegex("worst formal &sigma; of a position: S[0-9]+, "
                                                   "relative to S1<"));
-  EXPECT_THAT(Html(run), Not(HasSubstr("in component 2, which nothing connects")));
+  EXPECT_THAT(Html(run), Not(HasSubstr("in component 2, which no link joins")));
   run.poses[7].component = run.poses[8].component = 1;
   EXPECT_THAT(Html(run), HasSubstr("<b>8 + 2 of 12</b><span>stations registered, in 2 components"));
-  EXPECT_THAT(Html(run), HasSubstr("in component 2, which nothing connects with the main network"));
+  EXPECT_THAT(Html(run), HasSubstr("in component 2, which no link joins with the main network"));
   (*run.poses[8].covariance) *= 1e6;
   EXPECT_THAT(Html(run), HasSubstr("of a position: " + run.poses[8].station + ", relative to " +
                                    run.poses[7].station + "<"));

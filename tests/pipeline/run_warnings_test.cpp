@@ -56,13 +56,15 @@ TEST(RunWarnings, LinksThatClaimTooMuchAreNamedWorstFirst) {
   for (const auto& [name, sigmas] : {std::pair("A", 1.9), {"B", 2.5}, {"C", 4.0}, {"D", 9.0}}) {
     links.push_back(Link(name, "refined"));
     links.back().network_residual_m = 0.0012 * sigmas;
+    links.back().network_residual_deg = 0.01 * sigmas;
     links.back().network_residual_sigmas = sigmas;
   }
   links.back().status = LinkStatus::kRejected;
-  EXPECT_THAT(WarningsOf(links),
-              Contains(HasSubstr("2 accepted link(s) lie further from the adjusted network than "
-                                 "their own sigmas tell: C - T (4.8 mm, 4.0 times), B - T (3.0 mm, "
-                                 "2.5 times); so")));
+  EXPECT_THAT(
+      WarningsOf(links),
+      Contains(HasSubstr("2 accepted link(s) lie further from the adjusted network than "
+                         "their own sigmas tell: C - T (4.8 mm and 0.0400 deg: 4.0 sigmas), "
+                         "B - T (3.0 mm and 0.0250 deg: 2.5 sigmas); either")));
   links.resize(1);
   EXPECT_THAT(WarningsOf(links), Not(Contains(HasSubstr("their own sigmas tell"))));
 }
@@ -88,12 +90,20 @@ TEST(RunWarnings, APartThatStandsApartIsOneWarning) {
   doubtful("C", "B", "far_from_start", 0.004);
   doubtful("C", "D", "ambiguous", 0.0);  // within the part
   AddWarnings(SurveyProject(), {}, PairDiscovery(), Network(), GeoreferencedNetwork(), &run);
-  EXPECT_THAT(run.warnings,
-              ::testing::ElementsAre(::testing::AllOf(
-                  HasSubstr("component 2 (C, D) stands apart: nothing connects it with the main "
-                            "network; doubtful: C - B (far from start), C - A (free space "
-                            "conflict), first of which least was seen through"),
-                  HasSubstr("of 2 pair(s) that were tried: "))));
+  EXPECT_THAT(
+      run.warnings,
+      ::testing::ElementsAre(::testing::AllOf(
+          HasSubstr("component 2 (C, D) stands apart: no link joins it with other stations; "
+                    "2 undecided pair(s), the least seen through first: C - B (far from "
+                    "start, 0.4 %), C - A (free space conflict, 10.0 %); no loop"),
+          HasSubstr("of 2 pair(s) that were tried: "))));
+  GeoreferenceRecord ground;
+  ground.component = 1;
+  ground.status = "georeferenced";
+  run.georeference.push_back(ground);
+  run.warnings.clear();
+  AddWarnings(SurveyProject(), {}, PairDiscovery(), Network(), GeoreferencedNetwork(), &run);
+  EXPECT_THAT(run.warnings, Contains(HasSubstr("other stations; control alone places it; 2 und")));
 }
 
 TEST(RunWarnings, ALinkThatNothingRefinedIsNamedAlone) {

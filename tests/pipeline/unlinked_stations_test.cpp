@@ -35,11 +35,11 @@ TEST(UnlinkedStations, DoubtfulLinksAreNamedWithWhatCouldConfirmThem) {
       Link("S2", "S3", LinkStatus::kRejected, "refuted_by_views"),
   };
   EXPECT_THAT(DescribeGap(links, {"S1"}),
-              StartsWith("; doubtful: S1 - S2 (free space conflict), S3 - S1 (unconfirmed), first "
-                         "of which least was seen through, which no loop"));
+              StartsWith("; 2 undecided pair(s), the least seen through first: S1 - S2 (free space "
+                         "conflict, 0.0 %), S3 - S1 (unconfirmed, 0.0 %); no loop"));
   EXPECT_THAT(DescribeGap(links, {"S2"}),
-              StartsWith("; doubtful: S1 - S2 (free space conflict), which no loop"));
-  EXPECT_THAT(DescribeGap(links, {"S1", "S2"}), StartsWith("; doubtful: S3 - S1 (unconfirmed), "));
+              HasSubstr("first: S1 - S2 (free space conflict, 0.0 %); no loop"));
+  EXPECT_THAT(DescribeGap(links, {"S1", "S2"}), HasSubstr("first: S3 - S1 (unconfirmed, 0.0 %); "));
   EXPECT_THAT(DescribeGap(links, {"S1"}), Not(HasSubstr("pairs: include")));
   // A station that could not be tried either is no way out.
   links.push_back(Link("S4", "S1", LinkStatus::kSkipped, "unusable_station"));
@@ -50,7 +50,8 @@ TEST(UnlinkedStations, DoubtfulLinksAreNamedWithWhatCouldConfirmThem) {
   // That of which least was seen through comes first.
   links[0].conflict = 0.2;
   links[1].conflict = 0.1;
-  EXPECT_THAT(DescribeGap(links, {"S1"}), StartsWith("; doubtful: S3 - S1"));
+  EXPECT_THAT(DescribeGap(links, {"S1"}),
+              HasSubstr("first: S3 - S1 (unconfirmed, 10.0 %), S1 - S2"));
 }
 
 TEST(UnlinkedStations, TellWhatBecameOfTheirPairs) {
@@ -63,8 +64,9 @@ TEST(UnlinkedStations, TellWhatBecameOfTheirPairs) {
       Link("A", "B", LinkStatus::kRejected, "tilted"),
   };
   const std::string text = DescribeUnlinked(links, "S1");
-  EXPECT_THAT(text,
-              StartsWith("no accepted link to any other station; doubtful: S1 - B (ambiguous)"));
+  EXPECT_THAT(
+      text, StartsWith("no accepted link to any other station; 2 undecided pair(s), the least seen "
+                       "through first: S1 - B (ambiguous, 0.0 %), S1 - C (ambiguous, 0.0 %); no"));
   EXPECT_THAT(text, HasSubstr("; of 4 pair(s) that were tried: 2 ambiguous (several placements fit "
                               "alike, as where a scene repeats or is symmetric), 1 failed, 1 low "
                               "overlap (too little of the two clouds would lie on each other)"));
@@ -78,8 +80,10 @@ TEST(UnlinkedStations, NameNoMoreThanCanBeRead) {
   for (int i = 1; i <= 11; ++i) {
     links.push_back(Link("S0", fmt::format("T{}", i), LinkStatus::kDoubtful, "ambiguous"));
   }
-  EXPECT_THAT(DescribeGap(links, {"S0"}),
-              HasSubstr("S0 - T3 (ambiguous) and others, first of which least"));
+  EXPECT_THAT(
+      DescribeGap(links, {"S0"}),
+      HasSubstr("; 11 undecided pair(s), the least seen through first: S0 - T1 (ambiguous, "
+                "0.0 %), S0 - T2 (ambiguous, 0.0 %), S0 - T3 (ambiguous, 0.0 %) and others"));
   EXPECT_THAT(DescribeGap(links, {"S0"}), Not(HasSubstr("T4")));
   for (const char* reason : {"undetermined", "low_overlap", "contradicts_prior"}) {
     links.push_back(Link("S0", "U", LinkStatus::kRejected, reason));

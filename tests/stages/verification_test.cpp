@@ -159,31 +159,6 @@ TEST_F(Verification, LevelledPairsWhoseMotionsWereComparedNeedLessFit) {
       << "not levelled";
 }
 
-TEST_F(Verification, DoubtsWhatMovedFarFromAStartThatCountsOnly) {
-  FineResult fine;
-  fine.status = FineResult::Status::kRefined;
-  fine.target_from_source = Truth();
-  fine.weakest_sigma_m = 0.001;
-  Matrix6d information = Matrix6d::Identity();
-  information *= 1e6;
-  const auto judge = [&](double shift_l, std::optional<int> consensus,
-                         const VerificationOptions& options) {
-    RigidTransform start = Truth();
-    start.translation.x() += shift_l * first_->surface().model.resolution_m();
-    return VerifyPair({second_->surface(), first_->surface(), second_->index, first_->index, start,
-                       information, consensus, 4, fine, std::nullopt},
-                      options);
-  };
-  for (const std::optional<int> consensus : {std::optional<int>(40), std::optional<int>()}) {
-    EXPECT_EQ(judge(3.5, consensus, {}).verdict, Verdict::kAccepted);
-    EXPECT_EQ(judge(4.5, consensus, {}).verdict, Verdict::kDoubtful);
-    EXPECT_EQ(judge(4.5, consensus, {}).reason, VerificationResult::Reason::kFarFromStart);
-  }
-  EXPECT_EQ(judge(4.5, 7, {}).verdict, Verdict::kAccepted) << "chance proposed it, clouds prove it";
-  EXPECT_EQ(judge(4.5, 7, {.sure_quality = 1.0}).reason,
-            VerificationResult::Reason::kNotSignificant);
-}
-
 TEST_F(Verification, RejectsPredictionsThatTheCloudsDoNotFit) {
   VerificationOptions options;
   options.min_quality = 1.0;
@@ -240,20 +215,65 @@ TEST_F(Verification, DoubtsWhatOnlyThePatternOfTheBeamsHolds) {
       << "beams from elsewhere fall elsewhere";
 }
 
-TEST_F(Verification, DoubtsWhatMovedFarFromItsStart) {
-  FineResult fine;
-  fine.status = FineResult::Status::kRefined;
-  fine.target_from_source = Truth();
-  RigidTransform start = Truth();
-  start.translation += Eigen::Vector3d(0.0, 0.0, 0.45);  // more than 4 l
-  Matrix6d information = Matrix6d::Identity();
-  information *= 1e6;
-  const VerificationResult result =
-      VerifyPair({second_->surface(), first_->surface(), second_->index, first_->index, start,
-                  information, 40, 4, fine, std::nullopt},
-                 {});
-  EXPECT_EQ(result.reason, VerificationResult::Reason::kFarFromStart);
-  EXPECT_NEAR(result.shift_l, 4.5, 1e-6);
+/// A pair that was refined from `start` to `end`.
+class FarFromStart : public Verification {
+ protected:
+  static VerificationResult JudgeMove(const RigidTransform& start, const RigidTransform& end,
+                                      std::optional<int> consensus,
+                                      const VerificationOptions& options = {}) {
+    FineResult fine;
+    fine.status = FineResult::Status::kRefined;
+    fine.target_from_source = end;
+    fine.weakest_sigma_m = 0.001;
+    Matrix6d information = Matrix6d::Identity();
+    information *= 1e6;
+    return VerifyPair({second_->surface(), first_->surface(), second_->index, first_->index, start,
+                       information, consensus, 4, fine, std::nullopt},
+                      options);
+  }
+  static RigidTransform Shifted(double shift_m) {
+    RigidTransform motion = Truth();
+    motion.translation.x() += shift_m;
+    return motion;
+  }
+  /// About the source's scanner.
+  static RigidTransform Turned(double turn_deg) {
+    RigidTransform motion = Truth();
+    motion.rotation = motion.rotation * ExpSo3(Eigen::Vector3d(0.0, 0.0, turn_deg * kDeg));
+    return motion;
+  }
+};
+
+constexpr int kByChance = 7;
+constexpr int kSignificant = 40;
+
+TEST_F(FarFromStart, IsDoubtedWhereTheStartCounts) {
+  for (const std::optional<int> consensus : {std::optional<int>(kSignificant), {}}) {
+    EXPECT_EQ(JudgeMove(Shifted(0.35), Truth(), consensus).verdict, Verdict::kAccepted);
+    EXPECT_EQ(JudgeMove(Turned(0.8), Truth(), consensus).verdict, Verdict::kAccepted);
+    const VerificationResult shifted = JudgeMove(Shifted(0.45), Truth(), consensus);
+    EXPECT_NEAR(shifted.shift_l, 4.5, 1e-6);
+    for (const VerificationResult& result : {shifted, JudgeMove(Turned(1.2), Truth(), consensus)}) {
+      EXPECT_EQ(result.verdict, Verdict::kDoubtful);
+      EXPECT_EQ(result.reason, VerificationResult::Reason::kFarFromStart);
+    }
+  }
+}
+
+TEST_F(FarFromStart, IsAcceptedWhereChanceProposedTheStartAndTheCloudsRefuteIt) {
+  EXPECT_EQ(JudgeMove(Shifted(0.45), Truth(), kByChance).verdict, Verdict::kAccepted);
+  EXPECT_EQ(JudgeMove(Turned(1.2), Truth(), kByChance).verdict, Verdict::kAccepted);
+}
+
+TEST_F(FarFromStart, IsDoubtedWhereTheStartFitsNoWorse) {
+  // Options that let the clouds prove anything.
+  const VerificationOptions options{.sure_quality = 0.0, .sure_conflict = 1.0, .max_conflict = 1.0};
+  for (const RigidTransform& wrong : {Shifted(0.45), Turned(1.2)}) {
+    const VerificationResult result = JudgeMove(Truth(), wrong, kByChance, options);
+    EXPECT_EQ(result.verdict, Verdict::kDoubtful);
+    EXPECT_EQ(result.reason, VerificationResult::Reason::kFarFromStart);
+  }
+  EXPECT_NE(JudgeMove(Truth(), Shifted(0.45), kByChance).verdict, Verdict::kAccepted);
 }
 
 TEST_F(Verification, RejectsLevelledStationsAtAnAngle) {
