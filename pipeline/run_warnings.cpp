@@ -24,6 +24,11 @@ void AddPoseWarnings(RunRecord* run) {
   }
 }
 
+bool IsOnGround(const RunRecord& run, int component) {
+  return std::any_of(run.georeference.begin(), run.georeference.end(),
+                     [=](const auto& g) { return g.component == component && g.placed(); });
+}
+
 /// Parts of the network beside the main one.
 void AddComponentWarnings(RunRecord* run) {
   std::map<int, std::vector<std::string>> stations;
@@ -32,13 +37,10 @@ void AddComponentWarnings(RunRecord* run) {
     stations[pose.component].push_back(pose.station);
   }
   for (const auto& [component, members] : stations) {
-    const auto ground = std::find_if(
-        run->georeference.begin(), run->georeference.end(),
-        [&](const GeoreferenceRecord& g) { return g.component == component && g.placed(); });
     run->warnings.push_back(
         fmt::format("component {} ({}) stands apart: no link joins it with other stations{}{}",
                     ComponentNumber(component), FirstNames(members),
-                    ground == run->georeference.end() ? "" : "; control alone places it",
+                    IsOnGround(*run, component) ? "; control alone places it" : "",
                     DescribeGap(run->links, {members.begin(), members.end()})));
   }
 }
