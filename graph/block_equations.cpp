@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "graph/pose_observations.h"
+
 namespace backsight {
 namespace {
 

@@ -186,8 +186,7 @@ std::string ReportHead(const ReportDocument& document) {
   const RunRecord& run = document.run;
   return fmt::format(
              "<h1>{}</h1>\n<p class=\"soft\">Registration report, Backsight {}. What its figures "
-             "mean "
-             "and when to look twice: docs/method.md of Backsight.</p>\n"
+             "mean and when to look twice: docs/method.md of Backsight.</p>\n"
              "<p class=\"frame\">{}</p>\n",
              HtmlText(run.project_name), HtmlText(run.version), FrameSentence(run)) +
          Verdict(run) + Cards(run) + Gates(run) + "<h2>Warnings</h2>\n" + Warnings(run);

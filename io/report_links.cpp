@@ -157,6 +157,21 @@ std::string RejectedPoints(const RunRecord& run) {
   return html;
 }
 
+constexpr const char* kLinkNotes =
+    "<span class=\"soft\">RMS: root mean square distance of points of both stations from the "
+    "pair's common planes as its planar adjustment left them; what one station has of one "
+    "plane counts as 50 points at most, and the planes of cells that are not quite flat count "
+    "too. It tells pairs from each other; errors show in the surfaces. Empty: no planes. "
+    "Surfaces: distances between both stations' surfaces where they finally stand (defined "
+    "below); empty: none could be compared. Place, worst &sigma;: formal standard deviation of "
+    "the source scanner's place in the direction in which the pair alone determines it least, "
+    "and that direction; azimuth from the plan's upward axis, clockwise. Network residual: how "
+    "far the source stands apart, by the link and by the adjusted network; in its &sigma;: all "
+    "six unknowns, by the pair's own standard deviations (systematic floor and links' &sigma; "
+    "factor included), root mean square; up to about 1 is usual; above 2 the pair knows less "
+    "than it says, or something is wrong there. 0 where no loop controls the link and no "
+    "planes were adjusted.</span>";
+
 }  // namespace
 
 std::string LinkTable(const RunRecord& run) {
@@ -200,22 +215,7 @@ std::string LinkTable(const RunRecord& run) {
          link.network_residual_sigmas ? FixedText(*link.network_residual_sigmas, 1, field) : "",
          LoopMark(link)});
   }
-  return table.Finish() +
-         HtmlSentence(
-             "<span class=\"soft\">RMS: root mean square distance of points of both stations from "
-             "the pair's common planes as its planar adjustment left them; what one station has of "
-             "one plane counts as 50 points at most, and the planes of cells that are not quite "
-             "flat count too. It tells pairs from each other; errors show in the surfaces. Empty: "
-             "no planes. Surfaces: distances between both stations' surfaces where they finally "
-             "stand (defined below); empty: none could be compared. Place, worst &sigma;: formal "
-             "standard deviation of the source scanner's place in the direction in which the pair "
-             "alone determines it least, and that direction; azimuth from the plan's upward axis, "
-             "clockwise. Network residual: how far the source stands apart, by the link and by the "
-             "adjusted network; in its &sigma;: all six unknowns, by the pair's own standard "
-             "deviations (systematic floor and links' &sigma; factor included), root mean square; "
-             "up to "
-             "about 1 is usual; above 2 the pair knows less than it says, or something is wrong "
-             "there. 0 where no loop controls the link and no planes were adjusted.</span>");
+  return table.Finish() + HtmlSentence(kLinkNotes);
 }
 
 std::string LinkOriginTable(const RunRecord& run) {
@@ -246,11 +246,9 @@ std::string LinkOriginTable(const RunRecord& run) {
   }
   return "<h3>How the links were found</h3>\n" + table.Finish() +
          HtmlSentence(
-             "<span class=\"soft\">Weakest &sigma;: formal standard deviation of the motion that "
-             "the "
-             "pair alone determines least, turns counted by the shift that they cause at its "
-             "planes; "
-             "above 5 mm it ends as weak, 100 m: nothing holds it.</span>");
+             "<span class=\"soft\">Weakest &sigma;: formal standard deviation of the motion "
+             "that the pair alone determines least, turns counted by the shift that they cause "
+             "at its planes; above 5 mm it ends as weak, 100 m: nothing holds it.</span>");
 }
 
 std::string RejectedSection(const ReportDocument& document) {

@@ -46,11 +46,9 @@ std::string ComponentTable(const RunRecord& run) {
          HtmlSentence(
              "<span class=\"soft\">The links' &sigma; factor is one for all components. Least "
              "determined: the motion of all stations of the component together that is known "
-             "least, "
-             "its &sigma; over all of them, rotations counted by the shift that they cause at the "
-             "planes, and the station that it moves most. The &sigma; of single positions are in "
-             "the "
-             "table of stations.</span>");
+             "least, its &sigma; over all of them, rotations counted by the shift that they cause "
+             "at the planes, and the station that it moves most. The &sigma; of single positions "
+             "are in the table of stations.</span>");
 }
 
 /// Median and largest misclosure, and the worst triangles by name.

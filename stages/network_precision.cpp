@@ -8,6 +8,7 @@
 #include "core/voxel_grid.h"
 #include "graph/jackknife_scatter.h"
 #include "graph/planar_statistics.h"
+#include "graph/pose_observations.h"
 #include "stages/principal_motions.h"
 
 namespace backsight {
