@@ -248,7 +248,8 @@ std::string LinkOriginTable(const RunRecord& run) {
          HtmlSentence(
              "<span class=\"soft\">Weakest &sigma;: formal standard deviation of the motion "
              "that the pair alone determines least, turns counted by the shift that they cause "
-             "at its planes; above 5 mm it ends as weak, 100 m: nothing holds it.</span>");
+             "at its planes; above 5 mm it ends as weak, 100 m: nothing holds it. Pairs that "
+             "clouds or the network prove need no consensus.</span>");
 }
 
 std::string RejectedSection(const ReportDocument& document) {

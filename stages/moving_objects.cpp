@@ -36,25 +36,50 @@ double FarthestRange(const StationModel& model) {
   return std::sqrt(farthest);
 }
 
-void Hear(const PlacedSurface& own, const PlacedSurface& witness, double reach_m, double clearance,
-          std::vector<Testimony>* said) {
+// Beams may pass beside what is not wider than so many of their distances: a pole, a wire.
+constexpr double kBeamsAcross = 1.5;
+
+/// Whether beams `beam_m` apart could all pass on this side of a surface about `neighborhood_m`
+/// wide, because the witness sees it edge on: the ground from afar, or a car's roof.
+bool IsEdgeOn(const Eigen::Vector3d& point, const Eigen::Vector3f& normal, double neighborhood_m,
+              double beam_m) {
+  if (!normal.allFinite()) return false;
+  const double sine = std::abs(normal.cast<double>().dot(point)) / point.norm();
+  return neighborhood_m * sine < kBeamsAcross * beam_m;
+}
+
+/// Whether the next beam on the other side of the surface came back. From the ground it does not
+/// where that is seen at too low an angle, and what the beams above it meet says nothing of it.
+bool IsSeenBehind(const StationModel& viewer, const Eigen::Vector3d& point,
+                  const Eigen::Vector3f& normal, double beam_m) {
+  const Eigen::Vector3d n = normal.cast<double>();
+  const Eigen::Vector3d behind = point + (n.dot(point) > 0.0 ? beam_m : -beam_m) * n;
+  return viewer.range_image.Around(behind).middle.max_m > 0.0F;
+}
+
+void Hear(const PlacedSurface& own, const PlacedSurface& witness, double reach_m,
+          const MovingObjectOptions& options, std::vector<Testimony>* said) {
   // Things that move are small: they are not slanted over a whole window of pixels.
-  const SightTolerance tolerance{.voxels = clearance, .pixels = 0.5};
+  const SightTolerance tolerance{.voxels = options.clearance, .pixels = 0.5};
   const RigidTransform witness_from_own =
       witness.frame_from_instrument.Inverse() * own.frame_from_instrument;
   const Eigen::Matrix3f rotation = witness_from_own.rotation.cast<float>();
   const StationModel& viewer = witness.surface.model;
-  const double clearance_m = clearance * viewer.resolution_m();
+  const double clearance_m = options.clearance * viewer.resolution_m();
   for (std::size_t i = 0; i < said->size(); ++i) {
     const Eigen::Vector3d point = witness_from_own * own.surface.model.leaves.Mean(i);
     const double range = point.norm();
     if (range > reach_m) continue;
     const RangeImage::Window window = viewer.range_image.Around(point);
-    const Sight sight = LookAt(viewer, window, point, rotation * own.surface.normals[i], tolerance);
+    const Eigen::Vector3f normal = rotation * own.surface.normals[i];
+    const Sight sight = LookAt(viewer, window, point, normal, tolerance);
     Testimony& testimony = (*said)[i];
-    if (sight == Sight::kSeenThrough) {
+    const double beam_m = range * viewer.range_image.PixelAngle();
+    const double neighborhood_m = 2.0 * ReachAt(own.surface.model, i, options.reach);
+    if (sight == Sight::kSeenThrough && (!IsEdgeOn(point, normal, neighborhood_m, beam_m) ||
+                                         IsSeenBehind(viewer, point, normal, beam_m))) {
       ++testimony.past;
-      testimony.beam_m = std::min(testimony.beam_m, range * viewer.range_image.PixelAngle());
+      testimony.beam_m = std::min(testimony.beam_m, beam_m);
     }
     testimony.there += sight == Sight::kAgrees ? 1 : 0;
     const RangeImage::Pixel& pixel = window.middle;
@@ -72,7 +97,7 @@ std::vector<Testimony> HearAll(const std::vector<PlacedSurface>& surfaces, std::
   for (std::size_t w = 0; w < surfaces.size(); ++w) {
     if (w == own || !surfaces[w].surface.scanner_credible) continue;
     context.CheckStop();
-    Hear(surfaces[own], surfaces[w], reach_m[w], options.clearance, &said);
+    Hear(surfaces[own], surfaces[w], reach_m[w], options, &said);
   }
   return said;
 }
@@ -101,8 +126,6 @@ std::vector<Label> LabelByTestimony(const PlacedSurface& own, const std::vector<
                                  ReachAt(model, i, options.reach),
                                  [&](std::uint32_t near, double) { around.push_back(near); });
     const auto suspects = std::count_if(around.begin(), around.end(), is_suspect);
-    // Beams may pass beside a pole or a wire on both sides.
-    constexpr double kBeamsAcross = 1.5;
     const bool most =
         static_cast<double>(suspects) >= options.majority * static_cast<double>(around.size());
     if (most && WidthOf(model, around) > kBeamsAcross * said[i].beam_m) labels[i] = Label::kMoving;

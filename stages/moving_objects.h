@@ -34,7 +34,8 @@ struct MovingLeaves {
 /// that blend two surfaces. All stations must be of one network; `surfaces[s]` answers to result s.
 ///
 /// A voxel is suspect where more credible scanners saw clearly past it than saw something there
-/// (LookAt, with a tolerance that follows incidence and pixel size), and is kept where most of what
+/// (LookAt, with a tolerance that follows incidence and pixel size; of a surface seen edge on only
+/// what came back from both sides of it counts), and is kept where most of what
 /// its station measured within `reach` is suspect as well: edges and foliage, which others see
 /// through here and there, are not, nor is what is thinner than the witnesses' beams are apart.
 /// From there the object grows to voxels of which the others say nothing certain, against those
