@@ -133,8 +133,9 @@ bool IsFarFromStart(const VerificationInput& input, const VerificationResult& re
   return result.shift_l > kShift || result.turn_rad > std::max(kTurn, 5.0 * sigma);
 }
 
-bool Exceeds(const RatioEstimate& a, const RatioEstimate& b) {
-  return a.value - b.value > kSigmas * std::hypot(a.sigma, b.sigma);
+/// By more than their scatter and by more than `bias`.
+bool Exceeds(const RatioEstimate& a, const RatioEstimate& b, double bias = 0.0) {
+  return a.value - b.value > std::max(bias, kSigmas * std::hypot(a.sigma, b.sigma));
 }
 
 /// Whether the clouds rule out the place that the refinement began from. Both places are so near
@@ -244,8 +245,7 @@ bool IsContradictedMore(const VerificationResult& a, const VerificationResult& b
   // Mixed pixels and grazing views contradict true motions a little, the more the farther apart the
   // scanners stand, and a flip that puts them on mirrored places not at all.
   constexpr double kViewBias = 0.02;
-  return a.conflict.value - b.conflict.value >
-         std::max(kViewBias, kSigmas * std::hypot(a.conflict.sigma, b.conflict.sigma));
+  return Exceeds(a.conflict, b.conflict, kViewBias);
 }
 
 bool IsClearlyBetter(const VerificationResult& best, const VerificationResult& rival) {
@@ -257,9 +257,7 @@ bool IsClearlyBetter(const VerificationResult& best, const VerificationResult& r
   constexpr double kNearer = 0.8;  // what scanners' distances may differ by and still sample alike
   const double blind = best.apart_m < kNearer * rival.apart_m ? kMirrorBias : kSamplingBias;
   const double bias = best.sighted && rival.sighted ? blind : 0.0;
-  return IsContradictedMore(rival, best) ||
-         best.quality.value - rival.quality.value >
-             std::max(bias, kSigmas * std::hypot(best.quality.sigma, rival.quality.sigma));
+  return IsContradictedMore(rival, best) || Exceeds(best.quality, rival.quality, bias);
 }
 
 void MarkAmbiguous(VerificationResult* result) {
