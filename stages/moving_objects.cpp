@@ -74,12 +74,14 @@ void Hear(const PlacedSurface& own, const PlacedSurface& witness, double reach_m
     const Eigen::Vector3f normal = rotation * own.surface.normals[i];
     const Sight sight = LookAt(viewer, window, point, normal, tolerance);
     Testimony& testimony = (*said)[i];
-    const double beam_m = range * viewer.range_image.PixelAngle();
-    const double neighborhood_m = 2.0 * ReachAt(own.surface.model, i, options.reach);
-    if (sight == Sight::kSeenThrough && (!IsEdgeOn(point, normal, neighborhood_m, beam_m) ||
-                                         IsSeenBehind(viewer, point, normal, beam_m))) {
-      ++testimony.past;
-      testimony.beam_m = std::min(testimony.beam_m, beam_m);
+    if (sight == Sight::kSeenThrough) {
+      const double beam_m = range * viewer.range_image.PixelAngle();
+      const double neighborhood_m = 2.0 * ReachAt(own.surface.model, i, options.reach);
+      if (!IsEdgeOn(point, normal, neighborhood_m, beam_m) ||
+          IsSeenBehind(viewer, point, normal, beam_m)) {
+        ++testimony.past;
+        testimony.beam_m = std::min(testimony.beam_m, beam_m);
+      }
     }
     testimony.there += sight == Sight::kAgrees ? 1 : 0;
     const RangeImage::Pixel& pixel = window.middle;
