@@ -22,7 +22,7 @@ struct ReportDocument {
 ReportDocument MakeReportDocument(RunRecord run, std::vector<PictureRecord> pictures);
 
 /// The version of report.json; docs/schema/report.schema.json describes it.
-inline constexpr int kReportVersion = 3;
+inline constexpr int kReportVersion = 4;
 
 /// The text of report.json. A non-finite number is an InternalError that names its place.
 std::string ReportJson(const ReportDocument& document);

@@ -88,6 +88,7 @@ void VisitFields(Visitor& v, Record& r) {
   const bool refined = r.fine.has_value();
   const bool aligned = refined || r.coarse.has_value();
   v.Field("candidates", r.candidates);
+  v.Field("predicted", r.predicted);
   v.FieldIf(aligned, "conflict", r.conflict);
   v.FieldIf(aligned, "agreement", r.agreement);
   v.FieldIf(aligned, "overlap", r.overlap);

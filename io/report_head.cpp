@@ -54,8 +54,13 @@ std::string WorstResidualCard(const RunRecord& run) {
   }
   if (worst == nullptr) return {};
   const std::string name = worst->source + " \xe2\x80\x93 " + worst->target;
-  return Card(FixedText(1000 * *worst->network_residual_m, 1, "residual of link " + name) + " mm",
-              "worst network residual: " + HtmlText(name));
+  const std::string field = "residual of link " + name;
+  const std::string sigmas =
+      worst->network_residual_sigmas
+          ? fmt::format(", {} of its &sigma;", FixedText(*worst->network_residual_sigmas, 1, field))
+          : "";
+  return Card(FixedText(1000 * *worst->network_residual_m, 1, field) + " mm",
+              fmt::format("worst network residual: {}{}", HtmlText(name), sigmas));
 }
 
 std::string DistanceCard(const RunRecord& run) {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 
 #include "io/html_table.h"
@@ -40,11 +41,23 @@ std::string Plans(const RunRecord& run) {
   return html;
 }
 
+/// What the pictures leave out.
+std::string OtherComponents(const RunRecord& run) {
+  const auto elsewhere = std::count_if(run.poses.begin(), run.poses.end(), [](const auto& pose) {
+    return pose.status == StationStatus::kRegistered && pose.component > 0;
+  });
+  if (elsewhere == 0) return {};
+  return HtmlSentence(
+      fmt::format("The pictures show component 1 alone, without the {} station{} of others.",
+                  elsewhere, elsewhere == 1 ? "" : "s"));
+}
+
 std::string Result(const ReportDocument& document) {
   using Kind = PictureRecord::Kind;
   const std::string figures =
       PictureFigures(document, {Kind::kPlan, Kind::kSection, Kind::kDetail});
-  return figures.empty() ? HtmlSentence("There is no registered cloud to draw.") : figures;
+  if (figures.empty()) return HtmlSentence("There is no registered cloud to draw.");
+  return OtherComponents(document.run) + figures;
 }
 
 std::string Section(const std::string& title, const std::string& content) {

@@ -32,6 +32,16 @@ std::string SelectionText(const OutputRecord& output) {
   return output.selection.empty() ? "all" : HtmlText(output.selection);
 }
 
+/// A sentence that names the stations that are not in the table.
+std::string Unplaced(const RunRecord& run) {
+  std::string names;
+  for (const PoseRecord& pose : run.poses) {
+    if (pose.status == StationStatus::kRegistered) continue;
+    names += (names.empty() ? "" : ", ") + HtmlBold(pose.station);
+  }
+  return names.empty() ? "" : HtmlSentence("Not placed, reasons under what was rejected: " + names);
+}
+
 }  // namespace
 
 std::string StationTable(const RunRecord& run) {
@@ -80,7 +90,8 @@ std::string StationTable(const RunRecord& run) {
              : IsTrueNorth(run) ? "true north (of the local frame; grid north differs by the "
                                   "convergence)"
                                 : "north",
-             on_ground && in_survey_frame ? " *: in its component's survey frame." : ""));
+             on_ground && in_survey_frame ? " *: in its component's survey frame." : "")) +
+         Unplaced(run);
 }
 
 std::string ScanTable(const RunRecord& run) {

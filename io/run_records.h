@@ -101,6 +101,7 @@ struct LinkRecord {
   int consensus = 0;        ///< distinct inlier keypoints of the coarse transform
   int consensus_null = 0;   ///< best consensus of the permuted correspondences
   int candidates = 0;       ///< motions that were compared, the reported one among them
+  bool predicted = false;   ///< the network predicted the motion: no key points were asked
   double overlap = 0.0;     ///< 0 to 1, the smaller of both directions
   double conflict = 0.0;    ///< share of surfaces in view that a scanner saw through, worse side
   double agreement = 0.0;   ///< score of the clouds under this motion; decides between candidates

@@ -146,6 +146,17 @@ void FillLink(CsvBuilder& csv, const LinkRecord& link) {
   csv.Real("agreement", aligned ? std::optional(link.agreement) : std::nullopt);
   FillNetworkErrors(csv, link);
   csv.Real("network_residual_sigmas", link.network_residual_sigmas);
+  const auto worst_place = [&](double value) {
+    return link.worst_place ? std::optional(value) : std::nullopt;
+  };
+  const WorstPlaceRecord place = link.worst_place.value_or(WorstPlaceRecord());
+  csv.Real("worst_place_sigma_m", worst_place(place.sigma_m));
+  csv.Real("worst_place_x", worst_place(place.direction.x()));
+  csv.Real("worst_place_y", worst_place(place.direction.y()));
+  csv.Real("worst_place_z", worst_place(place.direction.z()));
+  csv.Text("predicted", link.status == LinkStatus::kSkipped ? ""
+                        : link.predicted                    ? "true"
+                                                            : "false");
 }
 
 template <typename Record>

@@ -140,6 +140,7 @@ LinkRecord MakeLinkRecord(const std::vector<Station>& stations, const Network& n
   record.correspondences = pair.correspondences;
   record.consensus_null = pair.consensus_null;
   record.candidates = static_cast<int>(pair.candidates.size());
+  record.predicted = pair.predicted;
   if (!pair.fault.empty()) {
     record.reason = pair.fault;
     return record;

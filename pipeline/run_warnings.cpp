@@ -24,6 +24,22 @@ void AddPoseWarnings(RunRecord* run) {
   }
 }
 
+/// Stations that could stand in two ways: often the cause of parts that stand apart.
+void AddAmbiguityWarnings(const std::vector<Station>& stations, const Network& network,
+                          RunRecord* run) {
+  for (const Ambiguity& ambiguity : network.solution.ambiguities) {
+    std::vector<std::string> names;
+    names.reserve(ambiguity.stations.size());
+    for (const int station : ambiguity.stations) {
+      names.push_back(stations[static_cast<std::size_t>(station)].spec.id);
+    }
+    run->warnings.push_back(fmt::format(
+        "station(s) {} could stand in two ways, {:.2f} m and {:.1f} deg apart, between which the "
+        "scans do not decide; they were left apart",
+        fmt::join(names, ", "), ambiguity.shift_m, ambiguity.turn_deg));
+  }
+}
+
 bool IsOnGround(const RunRecord& run, int component) {
   return std::any_of(run.georeference.begin(), run.georeference.end(),
                      [=](const auto& g) { return g.component == component && g.placed(); });
@@ -72,14 +88,32 @@ void AddLinkWarnings(RunRecord* run) {
   }
 }
 
-/// Accepted links that leave one direction to the rest of the network.
-void AddWeakLinkWarning(RunRecord* run) {
-  std::vector<std::string> weak;
-  for (const LinkRecord& link : run->links) {
-    if (link.status != LinkStatus::kAccepted || link.fine_status != "weak") continue;
-    weak.push_back(link.source + " - " + link.target);
+/// "D - T (24.1 mm, 51.8 mm at the scanner)": what the link knows least, and what that is at the
+/// source's scanner.
+std::string DescribeWeakness(const LinkRecord& link) {
+  std::string sigmas;
+  if (link.weakest_sigma_m) sigmas += fmt::format("{:.1f} mm", 1000.0 * *link.weakest_sigma_m);
+  if (link.worst_place) {
+    sigmas += fmt::format("{}{:.1f} mm at the scanner", sigmas.empty() ? "" : ", ",
+                          1000.0 * link.worst_place->sigma_m);
   }
-  if (weak.empty()) return;
+  const std::string name = link.source + " - " + link.target;
+  return sigmas.empty() ? name : fmt::format("{} ({})", name, sigmas);
+}
+
+/// Accepted links that leave one direction to the rest of the network, the weakest first.
+void AddWeakLinkWarning(RunRecord* run) {
+  std::vector<const LinkRecord*> links;
+  for (const LinkRecord& link : run->links) {
+    if (link.status == LinkStatus::kAccepted && link.fine_status == "weak") links.push_back(&link);
+  }
+  if (links.empty()) return;
+  std::stable_sort(links.begin(), links.end(), [](const LinkRecord* a, const LinkRecord* b) {
+    return a->weakest_sigma_m > b->weakest_sigma_m;
+  });
+  std::vector<std::string> weak;
+  weak.reserve(links.size());
+  for (const LinkRecord* link : links) weak.push_back(DescribeWeakness(*link));
   run->warnings.push_back(fmt::format(
       "{} accepted link(s) do not know one direction to 5 mm by themselves, as along a street or a "
       "tunnel: {}; see the weakest sigma of the links; where they are all that leads on, the "
@@ -175,25 +209,15 @@ void AddRefinementWarnings(RunRecord* run) {
   }
 }
 
-/// Stations that saw through each other's surfaces, and those that could stand in two ways.
-void AddPlacementWarnings(const std::vector<Station>& stations, const Network& network,
-                          RunRecord* run) {
+/// Stations that saw through each other's surfaces.
+void AddConflictWarnings(const std::vector<Station>& stations, const Network& network,
+                         RunRecord* run) {
   const auto id = [&](int station) { return stations[static_cast<std::size_t>(station)].spec.id; };
   for (const PlacementConflict& pair : network.check.conflicts) {
     run->warnings.push_back(fmt::format(
         "stations {} and {} contradict each other: {:.0f} % of the surfaces in view were seen "
         "through; look at both in the cross sections",
         id(pair.a), id(pair.b), 100.0 * pair.conflict));
-  }
-  for (const Ambiguity& ambiguity : network.solution.ambiguities) {
-    std::string names;
-    for (const int station : ambiguity.stations) {
-      names += (names.empty() ? "" : ", ") + id(station);
-    }
-    run->warnings.push_back(fmt::format(
-        "station(s) {} could stand in two ways, {:.2f} m and {:.1f} deg apart, between which the "
-        "scans do not decide; they were left apart",
-        names, ambiguity.shift_m, ambiguity.turn_deg));
   }
 }
 
@@ -223,6 +247,7 @@ void AddWarnings(const SurveyProject& project, const std::vector<Station>& stati
                  const PairDiscovery& discovery, const Network& network,
                  const GeoreferencedNetwork& ground, RunRecord* run) {
   AddPoseWarnings(run);
+  AddAmbiguityWarnings(stations, network, run);
   AddComponentWarnings(run);
   AddScannerWarnings(stations, run);
   AddLinkWarnings(run);
@@ -231,7 +256,7 @@ void AddWarnings(const SurveyProject& project, const std::vector<Station>& stati
   AddDistanceWarnings(run);
   AddPairWarnings(stations, discovery, run);
   AddRefinementWarnings(run);
-  AddPlacementWarnings(stations, network, run);
+  AddConflictWarnings(stations, network, run);
   AddHeldOutWarnings(stations, network, run);
   for (std::string& warning : GroundWarnings(project, ground, run->georeference)) {
     run->warnings.push_back(std::move(warning));

@@ -2,7 +2,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <png.h>
 
 #include <cstdlib>
 #include <fstream>
@@ -12,7 +11,6 @@
 
 #include "core/error.h"
 #include "io/html_text.h"
-#include "io/png_image.h"
 #include "io/report_plan.h"
 #include "io/run_tables.h"
 #include "tests/io/sample_run.h"
@@ -23,16 +21,6 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 using ::testing::StartsWith;
-
-RgbImage Gradient() {
-  RgbImage image(320, 90, {255, 255, 255});
-  for (int y = 0; y < image.height; ++y) {
-    for (int x = 0; x < image.width; ++x) {
-      image.Set(x, y, {static_cast<std::uint8_t>(x % 256), static_cast<std::uint8_t>(y), 7});
-    }
-  }
-  return image;
-}
 
 std::size_t Count(const std::string& text, std::string_view part) {
   std::size_t count = 0;
@@ -57,6 +45,7 @@ TEST(ReportHtml, ShowsVerdictStationsAndLinks) {
     EXPECT_THAT(html, HasSubstr("<b>" + link.source + "</b> \xe2\x80\x93 <b>" + link.target +
                                 "</b></span></td>"));
   }
+  EXPECT_THAT(html, HasSubstr("under what was rejected: <b>S11</b>, <b>S12</b><"));
   EXPECT_EQ(Count(html, "<circle class=\"station\""), 10U);
   EXPECT_EQ(Count(html, "class=\"link accepted"), 9U);
   EXPECT_EQ(Count(html, "<path class=\"noloop\""), 3U);  // one, and two legends'
@@ -98,9 +87,27 @@ TEST(ReportHtml, CountsThePartsOfANetwork) {
   run.poses[7].component = run.poses[8].component = 1;
   EXPECT_THAT(Html(run), HasSubstr("<b>8 + 2 of 12</b><span>stations registered, in 2 components"));
   EXPECT_THAT(Html(run), HasSubstr("in component 2, which no link joins with the main network"));
+  ReportDocument drawn = SampleReport();
+  drawn.run = run;
+  EXPECT_THAT(ReportHtml(drawn), HasSubstr("show component 1 alone, without the 2 stations of"));
   (*run.poses[8].covariance) *= 1e6;
   EXPECT_THAT(Html(run), HasSubstr("of a position: " + run.poses[8].station + ", relative to " +
                                    run.poses[7].station + "<"));
+}
+
+TEST(ReportHtml, MarksPredictedLinksAndSaysHowFarTheWorstIsOff) {
+  RunRecord run = SampleRun();
+  for (LinkRecord& link : run.links) link.predicted = false;
+  EXPECT_THAT(Html(run), Not(HasSubstr(">predicted<")));
+  LinkRecord& link = run.links[1];
+  ASSERT_EQ(link.status, LinkStatus::kAccepted);
+  link.predicted = true;
+  link.network_residual_m = 0.4321;
+  link.network_residual_sigmas = 7.84;
+  const std::string html = Html(run);
+  EXPECT_EQ(Count(html, ">predicted<"), 1U);
+  EXPECT_THAT(html, HasSubstr("<b>432.1 mm</b><span>worst network residual: " + link.source +
+                              " \xe2\x80\x93 " + link.target + ", 7.8 of its &sigma;</span>"));
 }
 
 TEST(ReportHtml, NamesTheFrameOfCoordinates) {
@@ -320,50 +327,6 @@ TEST(ReportPlan, ClassesOfResiduals) {
   EXPECT_EQ(ResidualClass(0.004), 1);
   EXPECT_EQ(ResidualClass(0.009), 2);
   EXPECT_EQ(ResidualClass(5.0), 3);
-}
-
-TEST(HtmlText, NumbersAndBase64) {
-  EXPECT_EQ(FixedText(-0.0001, 3, "x"), "0.000");
-  EXPECT_EQ(FixedText(-1.25, 1, "x"), "-1.2");
-  EXPECT_EQ(GroupedText(1234567),
-            "1\xc2\xa0"
-            "234\xc2\xa0"
-            "567");
-  EXPECT_EQ(GroupedText(12), "12");
-  const auto base64 = [](std::string_view text) {
-    return Base64({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
-  };
-  // RFC 4648, section 10.
-  EXPECT_EQ(base64(""), "");
-  EXPECT_EQ(base64("f"), "Zg==");
-  EXPECT_EQ(base64("fo"), "Zm8=");
-  EXPECT_EQ(base64("foo"), "Zm9v");
-  EXPECT_EQ(base64("foobar"), "Zm9vYmFy");
-}
-
-std::vector<std::uint8_t> Decode(const std::vector<std::uint8_t>& bytes) {
-  png_image png{};
-  png.version = PNG_IMAGE_VERSION;
-  EXPECT_NE(png_image_begin_read_from_memory(&png, bytes.data(), bytes.size()), 0);
-  png.format = PNG_FORMAT_RGB;
-  std::vector<std::uint8_t> rgb(PNG_IMAGE_SIZE(png));
-  EXPECT_NE(png_image_finish_read(&png, nullptr, rgb.data(), 0, nullptr), 0);
-  return rgb;
-}
-
-TEST(PngImage, DecodesToTheSamePixels) {
-  const RgbImage image = Gradient();
-  EXPECT_EQ(Decode(EncodePng(image)), image.rgb);
-  EXPECT_EQ(image.At(5, 6), (std::array<std::uint8_t, 3>{5, 6, 7}));
-  EXPECT_THROW(EncodePng({}), InternalError);
-}
-
-TEST(PngImage, FewColoursTakeAPalette) {
-  RgbImage image(200, 100, {255, 255, 255});
-  for (int x = 0; x < 200; ++x) image.Set(x, x / 2, {200, static_cast<std::uint8_t>(x % 7), 3});
-  const std::vector<std::uint8_t> bytes = EncodePng(image);
-  EXPECT_EQ(bytes[25], 3);  // colour type of the header: palette
-  EXPECT_EQ(Decode(bytes), image.rgb);
 }
 
 }  // namespace

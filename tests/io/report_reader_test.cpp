@@ -64,7 +64,7 @@ TEST(ReportReader, DamageIsNamedWithItsPlace) {
            {[](auto& j) { j.erase("verdict"); },
             "out/report.json: /: no key \"verdict\"; expected this key"},
            {[](auto& j) { j["schema_version"] = 1; },
-            "out/report.json: /schema_version: 1; expected 3; write it anew"},
+            "out/report.json: /schema_version: 1; expected 4; write it anew"},
            {[](auto& j) { j["links"][0]["rms_m"] = "small"; },
             "/links/0/rms_m: \"small\"; expected a number"},
            {[](auto& j) { j["links"][0]["status"] = "fine"; },

@@ -49,7 +49,8 @@ TEST(RunTables, HeadersAreFixed) {
             "network_weight,network_residual_m,network_residual_deg,loop_controlled,candidates,"
             "conflict,agreement,sigma_worst_m,sigma_worst_deg,held_out_planes,"
             "held_out_rms_before_m,held_out_rms_after_m,held_out_bias_before_m,"
-            "held_out_bias_after_m,network_residual_sigmas\n");
+            "held_out_bias_after_m,network_residual_sigmas,worst_place_sigma_m,worst_place_x,"
+            "worst_place_y,worst_place_z,predicted\n");
 }
 
 TEST(RunTables, LinksReadBackExactly) {
@@ -73,6 +74,9 @@ TEST(RunTables, LinksReadBackExactly) {
     EXPECT_EQ(table.Real(row, "rms_m"), link.rms_m);
     EXPECT_EQ(table.Real(row, "network_residual_deg"), link.network_residual_deg);
     EXPECT_EQ(table.Real(row, "network_residual_sigmas"), link.network_residual_sigmas);
+    EXPECT_EQ(table.Real(row, "worst_place_sigma_m"), link.worst_place->sigma_m);
+    EXPECT_EQ(table.Real(row, "worst_place_z"), link.worst_place->direction.z());
+    EXPECT_EQ(table.Text(row, "predicted"), link.predicted ? "true" : "false");
     EXPECT_EQ(table.Text(row, "loop_controlled"), *link.loop_controlled ? "true" : "false");
     EXPECT_EQ(table.Real(row, "conflict"), link.conflict);
     EXPECT_EQ(table.Text(row, "held_out_planes").empty(), !link.held_out.has_value());

@@ -68,6 +68,7 @@ LinkRecord SampleLink(const RunRecord& run, int source, int target, LinkStatus s
   link.network_residual_sigmas = random.Uniform(0.0, 2.5);
   link.loop_controlled = source < 9;
   link.candidates = 2;
+  link.predicted = source % 3 == 0;
   link.conflict = random.Uniform(0.0, 0.08);
   link.agreement = random.Uniform(0.4, 0.8);
   Matrix6d covariance = Matrix6d::Zero();

@@ -51,9 +51,11 @@ SurveyOptions Strict() {
   return options;
 }
 
-class CheckedScanners : public testing::TestWithParam<int> {
+class CheckedScanners : public testing::Test {
  protected:
-  HallStations hall_ = MakeHall(static_cast<std::uint64_t>(GetParam()));
+  explicit CheckedScanners(std::uint64_t seed = 1) : hall_(MakeHall(seed)) {}
+
+  HallStations hall_;
   SurveyOptions options_ = Strict();
   ExecutionContext context_{2};
   TempDir work_;
@@ -81,7 +83,12 @@ class CheckedScanners : public testing::TestWithParam<int> {
   }
 };
 
-TEST_P(CheckedScanners, PlaceAStationWhoseScannerStoodElsewhere) {
+class CheckedScannersOfHalls : public CheckedScanners, public testing::WithParamInterface<int> {
+ protected:
+  CheckedScannersOfHalls() : CheckedScanners(static_cast<std::uint64_t>(GetParam())) {}
+};
+
+TEST_P(CheckedScannersOfHalls, PlaceAStationWhoseScannerStoodElsewhere) {
   const ArtifactStore nothing;
   const PairUnits units(hall_.stations, options_, context_, nothing);
   EXPECT_EQ(Accepted(DiscoverPairs(units, {}), kMoved), 0U) << "its scanner contradicts all pairs";
@@ -99,7 +106,7 @@ TEST_P(CheckedScanners, PlaceAStationWhoseScannerStoodElsewhere) {
   }
 }
 
-TEST_P(CheckedScanners, AreRememberedByTheNextRun) {
+TEST_F(CheckedScanners, AreRememberedByTheNextRun) {
   HallStations again = hall_;
   const PairDiscovery first = Discover(&hall_);
   const auto stored = Stored();
@@ -112,7 +119,7 @@ TEST_P(CheckedScanners, AreRememberedByTheNextRun) {
   }
 }
 
-TEST_P(CheckedScanners, TakeOverEarlyPairsButThoseOfTheForgottenStation) {
+TEST_F(CheckedScanners, TakeOverEarlyPairsButThoseOfTheForgottenStation) {
   HallStations again = hall_;
   Discover(&hall_);  // stores which one that is
   RegisteredPairs early;
@@ -131,14 +138,14 @@ TEST_P(CheckedScanners, TakeOverEarlyPairsButThoseOfTheForgottenStation) {
   }
 }
 
-TEST_P(CheckedScanners, BelieveTheUser) {
+TEST_F(CheckedScanners, BelieveTheUser) {
   hall_.stations[kMoved].model.scanner_place = ScannerPlace::kGiven;
   const PairDiscovery discovery = Discover(&hall_);
   EXPECT_EQ(Accepted(discovery, kMoved), 0U);
   EXPECT_EQ(hall_.stations[kMoved].model.scanner_place, ScannerPlace::kGiven);
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, CheckedScanners, testing::Values(1, 2));
+INSTANTIATE_TEST_SUITE_P(Seeds, CheckedScannersOfHalls, testing::Values(1, 2));
 
 }  // namespace
 }  // namespace backsight

@@ -32,12 +32,17 @@ std::vector<std::string> WarningsOf(std::vector<LinkRecord> links) {
 }
 
 TEST(RunWarnings, LinksThatLeaveADirectionOpenAreNamedTogether) {
-  const auto warnings =
-      WarningsOf({Link("A", "weak"), Link("B", "refined"), Link("C", "refined_on_surfaces"),
-                  Link("D", "weak"), Link("E", "weak", LinkStatus::kDoubtful)});
-  EXPECT_THAT(warnings, Contains(HasSubstr("2 accepted link(s) do not know one direction to 5 mm "
-                                           "by themselves, as along a street or a tunnel: A - T, "
-                                           "D - T; see")));
+  std::vector<LinkRecord> links{Link("A", "weak"), Link("B", "refined"),
+                                Link("C", "refined_on_surfaces"), Link("D", "weak"),
+                                Link("E", "weak", LinkStatus::kDoubtful)};
+  links[0].weakest_sigma_m = 0.0062;
+  links[3].weakest_sigma_m = 0.0241;
+  links[3].worst_place = WorstPlaceRecord{.sigma_m = 0.0518};
+  const auto warnings = WarningsOf(links);
+  EXPECT_THAT(warnings,
+              Contains(HasSubstr("2 accepted link(s) do not know one direction to 5 mm by "
+                                 "themselves, as along a street or a tunnel: D - T (24.1 mm, "
+                                 "51.8 mm at the scanner), A - T (6.2 mm); see")));
   EXPECT_THAT(warnings, Not(Contains(HasSubstr("fine registration ended as"))));
 }
 
@@ -93,9 +98,10 @@ TEST(RunWarnings, APartThatStandsApartIsOneWarning) {
   EXPECT_THAT(
       run.warnings,
       ::testing::ElementsAre(::testing::AllOf(
-          HasSubstr("component 2 (C, D) stands apart: no link joins it with other stations; "
-                    "2 undecided pair(s), the least seen through first: C - B (far from "
-                    "start, 0.4 %), C - A (free space conflict, 10.0 %); no loop"),
+          HasSubstr(
+              "component 2 (C, D) stands apart: no link joins it with other stations; "
+              "2 pair(s) doubtful or ambiguous, the least seen through first: C - B (far from "
+              "start, 0.4 %), C - A (free space conflict, 10.0 %); no loop"),
           HasSubstr("of 2 pair(s) that were tried: "))));
   GeoreferenceRecord ground;
   ground.component = 1;
@@ -103,7 +109,7 @@ TEST(RunWarnings, APartThatStandsApartIsOneWarning) {
   run.georeference.push_back(ground);
   run.warnings.clear();
   AddWarnings(SurveyProject(), {}, PairDiscovery(), Network(), GeoreferencedNetwork(), &run);
-  EXPECT_THAT(run.warnings, Contains(HasSubstr("other stations; control alone places it; 2 und")));
+  EXPECT_THAT(run.warnings, Contains(HasSubstr("other stations; control alone places it; 2 pair")));
 }
 
 TEST(RunWarnings, ALinkThatNothingRefinedIsNamedAlone) {

@@ -34,9 +34,11 @@ TEST(UnlinkedStations, DoubtfulLinksAreNamedWithWhatCouldConfirmThem) {
       Link("S3", "S1", LinkStatus::kDoubtful, "unconfirmed"),
       Link("S2", "S3", LinkStatus::kRejected, "refuted_by_views"),
   };
-  EXPECT_THAT(DescribeGap(links, {"S1"}),
-              StartsWith("; 2 undecided pair(s), the least seen through first: S1 - S2 (free space "
-                         "conflict, 0.0 %), S3 - S1 (unconfirmed, 0.0 %); no loop"));
+  EXPECT_THAT(
+      DescribeGap(links, {"S1"}),
+      StartsWith(
+          "; 2 pair(s) doubtful or ambiguous, the least seen through first: S1 - S2 (free space "
+          "conflict, 0.0 %), S3 - S1 (unconfirmed, 0.0 %); no loop"));
   EXPECT_THAT(DescribeGap(links, {"S2"}),
               HasSubstr("first: S1 - S2 (free space conflict, 0.0 %); no loop"));
   EXPECT_THAT(DescribeGap(links, {"S1", "S2"}), HasSubstr("first: S3 - S1 (unconfirmed, 0.0 %); "));
@@ -65,8 +67,10 @@ TEST(UnlinkedStations, TellWhatBecameOfTheirPairs) {
   };
   const std::string text = DescribeUnlinked(links, "S1");
   EXPECT_THAT(
-      text, StartsWith("no accepted link to any other station; 2 undecided pair(s), the least seen "
-                       "through first: S1 - B (ambiguous, 0.0 %), S1 - C (ambiguous, 0.0 %); no"));
+      text,
+      StartsWith(
+          "no accepted link to any other station; 2 pair(s) doubtful or ambiguous, the least seen "
+          "through first: S1 - B (ambiguous, 0.0 %), S1 - C (ambiguous, 0.0 %); no"));
   EXPECT_THAT(text, HasSubstr("; of 4 pair(s) that were tried: 2 ambiguous (several placements fit "
                               "alike, as where a scene repeats or is symmetric), 1 failed, 1 low "
                               "overlap (too little of the two clouds would lie on each other)"));
@@ -82,8 +86,9 @@ TEST(UnlinkedStations, NameNoMoreThanCanBeRead) {
   }
   EXPECT_THAT(
       DescribeGap(links, {"S0"}),
-      HasSubstr("; 11 undecided pair(s), the least seen through first: S0 - T1 (ambiguous, "
-                "0.0 %), S0 - T2 (ambiguous, 0.0 %), S0 - T3 (ambiguous, 0.0 %) and others"));
+      HasSubstr(
+          "; 11 pair(s) doubtful or ambiguous, the least seen through first: S0 - T1 (ambiguous, "
+          "0.0 %), S0 - T2 (ambiguous, 0.0 %), S0 - T3 (ambiguous, 0.0 %) and others"));
   EXPECT_THAT(DescribeGap(links, {"S0"}), Not(HasSubstr("T4")));
   for (const char* reason : {"undetermined", "low_overlap", "contradicts_prior"}) {
     links.push_back(Link("S0", "U", LinkStatus::kRejected, reason));
