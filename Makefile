@@ -58,8 +58,8 @@ check-format: ## fail where a source is not formatted
 .PHONY: lint
 lint: configure ## source rules, shellcheck and clang-tidy
 	python3 tests/lint/source_rules.py
-	shellcheck .ci/run docs/nightly/mail_summary tests/lint/clang_tidy
-	JOBS=$(JOBS) tests/lint/clang_tidy build/release
+	shellcheck .ci/run docs/nightly/mail_summary
+	JOBS=$(JOBS) tests/lint/clang_tidy.py build/release
 
 .PHONY: sanitize
 sanitize: deps ## all tests under address and undefined behaviour sanitizers

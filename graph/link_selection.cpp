@@ -265,7 +265,7 @@ class Selector {
     std::vector<char> others = used_;
     others[l] = 0;
     for (std::size_t k = 0; k < links_.size(); ++k) {
-      if (!links_[k].doubtful || links_[k].credibility < kCredible) others[k] = 0;
+      if (!links_[k].doubtful || links_[k].credibility < kLeastCredibility) others[k] = 0;
     }
     return CountDisjointPaths(stations_, between, others, link.source, link.target, 2) >= 2;
   }

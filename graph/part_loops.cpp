@@ -120,7 +120,7 @@ std::vector<int> CountPartLoops(int stations, std::span<const PoseGraphLink> lin
   for (std::size_t l = 0; l < links.size(); ++l) {
     const PoseGraphLink& link = links[l];
     if (!link.doubtful || parts.Of(link.source) == parts.Of(link.target)) continue;
-    if (link.credibility < kCredible || !KnowsItsMotion(link)) continue;
+    if (link.credibility < kLeastCredibility || !KnowsItsMotion(link)) continue;
     asked.push_back(l);
     between.push_back(parts.Between(link));
     ends.emplace_back(std::minmax(link.source, link.target));

@@ -14,8 +14,8 @@ namespace backsight {
 /// motion), three, or, for links on none of three, four (one for each choice of parts, through the
 /// six links between two parts that have most support). A loop closes if its squared error is at
 /// most `limit` under all errors on it, those within parts taken from the part's first station.
-/// Only links that are credible (kCredible) and know their motion to 0.3 m and 1 degree are asked:
-/// others would agree by chance.
+/// Only links that are credible (kLeastCredibility) and know their motion to 0.3 m and 1 degree are
+/// asked: others would agree by chance.
 std::vector<int> CountPartLoops(int stations, std::span<const PoseGraphLink> links, double limit);
 
 }  // namespace backsight

@@ -181,7 +181,7 @@ class Finder {
   /// together.
   std::optional<RivalPlacement> LoneSet(const Rival& rival) const {
     const PoseGraphLink& link = Link(rival.link);
-    if (link.doubtful && link.credibility < kCredible) return std::nullopt;
+    if (link.doubtful && link.credibility < kLeastCredibility) return std::nullopt;
     const Votes votes =
         CollectVotes({{rival.link, link.source, link.target}}, At(component_, link.source));
     Search search;

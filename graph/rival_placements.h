@@ -46,7 +46,7 @@ struct RivalOptions {
 inline constexpr double kFullVote = 3.0;
 
 /// Credibility from which a doubtful link counts against or for others by itself.
-inline constexpr double kCredible = 0.5;
+inline constexpr double kLeastCredibility = 0.5;
 
 /// For each displacement that unused links ask for, the set of stations with the least margin less
 /// noise, if there is any that two links speak for or that a single used link holds. Only links

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kPatchEdge = 3.0;   // voxels
 constexpr double kPatchReach = 6.0;  // voxels; patches within this are neighbours
-constexpr double kCredible = 0.75;
+constexpr double kLeastAgreement = 0.75;
 
 /// A coarse piece of surface with an orientable normal.
 struct Patch {
@@ -191,7 +191,7 @@ NormalOrientation OrientNormals(const StationModel& model, const ExecutionContex
     OrientByContinuity(kPatchReach * model.resolution_m(), context, &surface.patches);
     result.agreement = AgreementWithScanner(surface.patches);
     result.scanner_credible =
-        model.scanner_place == ScannerPlace::kAssumed && result.agreement >= kCredible;
+        model.scanner_place == ScannerPlace::kAssumed && result.agreement >= kLeastAgreement;
   }
   for (std::size_t i = 0; i < normals->size(); ++i) {
     Eigen::Vector3f& normal = (*normals)[i];

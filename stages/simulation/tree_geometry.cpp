@@ -10,14 +10,14 @@
 namespace backsight {
 namespace {
 
-constexpr double kFullTurn = 2.0 * std::numbers::pi;
+constexpr double kTwoPi = 2.0 * std::numbers::pi;
 
 Eigen::Vector3d RandomDirection(Random& random) {
   return random.Rotation() * Eigen::Vector3d::UnitZ();
 }
 
 Eigen::Vector3d RandomPlanDirection(Random& random) {
-  const double heading = random.Uniform(0.0, kFullTurn);
+  const double heading = random.Uniform(0.0, kTwoPi);
   return {std::cos(heading), std::sin(heading), 0.0};
 }
 
@@ -31,15 +31,15 @@ class Stem {
     bend_waves_ = random.Uniform(0.8, 2.2);
     for (Lobe& lobe : lobes_) {
       lobe.share = random.Uniform(0.02, 0.07);
-      lobe.phase = random.Uniform(0.0, kFullTurn);
+      lobe.phase = random.Uniform(0.0, kTwoPi);
       lobe.twist = random.Uniform(-0.5, 0.5);
     }
     roots_ = 3.0 + static_cast<double>(random.Index(3));
-    root_phase_ = random.Uniform(0.0, kFullTurn);
+    root_phase_ = random.Uniform(0.0, kTwoPi);
   }
 
   Eigen::Vector3d Axis(double z) const {
-    const double wave = std::sin(kFullTurn * bend_waves_ * std::max(0.0, z) / height_);
+    const double wave = std::sin(kTwoPi * bend_waves_ * std::max(0.0, z) / height_);
     return z * lean_ + wave * bend_ + Eigen::Vector3d(0.0, 0.0, z);
   }
 
@@ -81,7 +81,7 @@ void AddStem(const Stem& stem, double top, const Eigen::Vector3d& foot, Material
   std::vector<double> heights = {-0.3, 0.0, 0.12, 0.3, 0.6};
   while (heights.back() < top) heights.push_back(std::min(top, heights.back() + 0.5));
   const auto at = [&](double z, int side) -> Eigen::Vector3d {
-    const double angle = kFullTurn * side / kSides;
+    const double angle = kTwoPi * side / kSides;
     return foot + stem.Axis(z) +
            stem.Radius(z, angle) * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0.0);
   };
