@@ -50,9 +50,9 @@ std::string DirectionText(const Eigen::Vector3d& direction) {
                      FixedText(elevation, 0, "elevation"));
 }
 
-/// Empty where no key points were asked.
-std::string OfKeyPoints(const LinkRecord& link, int figure) {
-  return link.predicted ? std::string() : std::to_string(figure);
+/// Key points that agree on the motion, if these proposed it.
+std::string ConsensusText(const LinkRecord& link) {
+  return link.predicted ? "predicted" : std::to_string(link.consensus);
 }
 
 std::string LoopMark(const LinkRecord& link) {
@@ -132,7 +132,7 @@ std::string RejectedPairs(const RunRecord& run) {
     };
     table.Row({PairName(link.source, link.target), HtmlMark(false, ToString(link.status)),
                HtmlText(CodeWords(link.reason)), percent(link.overlap), percent(link.conflict),
-               OfKeyPoints(link, link.consensus), OfKeyPoints(link, link.consensus_null)});
+               ConsensusText(link), std::to_string(link.consensus_null)});
   }
   return any ? table.Finish() : HtmlSentence("No pair that was tried was rejected.");
 }
@@ -164,19 +164,18 @@ std::string RejectedPoints(const RunRecord& run) {
 
 constexpr const char* kLinkNotes =
     "<span class=\"soft\">RMS: root mean square distance of points of both stations from the "
-    "pair's common planes as its planar adjustment left them; what one station has of one "
-    "plane counts as 50 points at most, and the planes of cells that are not quite flat count "
-    "too. It tells pairs from each other; errors show in the surfaces. Empty: no planes. "
-    "Surfaces: distances between both stations' surfaces where they finally stand (defined "
-    "below, with their number); empty: none could be compared. Place, worst &sigma;: formal "
-    "standard deviation of the source scanner's place in the direction in which the pair alone "
-    "determines it least, and that direction; azimuth from the plan's upward axis, clockwise. "
-    "Network residual: how "
-    "far the source stands apart, by the link and by the adjusted network; in its &sigma;: all "
-    "six unknowns, by the pair's own standard deviations (systematic floor and links' &sigma; "
-    "factor included), root mean square; up to about 1 is usual; above 2 the pair knows less "
-    "than it says, or something is wrong there. 0 where no loop controls the link and no "
-    "planes were adjusted.</span>";
+    "pair's common planes as its planar adjustment left them; what one station has of one plane "
+    "counts as 50 points at most, and the planes of cells that are not quite flat count too. It "
+    "tells pairs from each other; errors show in the surfaces. Empty: no planes. Surfaces: "
+    "distances between both stations' surfaces where they finally stand (defined below, with "
+    "their number); empty: none could be compared. Place, worst &sigma;: formal standard "
+    "deviation of the source scanner's place in the direction in which the pair alone determines "
+    "it least, and that direction; azimuth from the plan's upward axis, clockwise. Network "
+    "residual: how far the source stands apart, by the link and by the adjusted network; in its "
+    "&sigma;: all six unknowns, by the pair's own standard deviations (systematic floor and "
+    "links' &sigma; factor included), root mean square; up to about 1 is usual; above 2 the pair "
+    "knows less than it says, or something is wrong there. 0 where no loop controls the link and "
+    "no planes were adjusted.</span>";
 
 }  // namespace
 
@@ -241,9 +240,8 @@ std::string LinkOriginTable(const RunRecord& run) {
   for (const LinkRecord& link : run.links) {
     if (link.status != LinkStatus::kAccepted) continue;
     const std::string field = FieldOf(link);
-    table.Row({PairName(link.source, link.target),
-               link.predicted ? "predicted" : std::to_string(link.correspondences),
-               OfKeyPoints(link, link.consensus), OfKeyPoints(link, link.consensus_null),
+    table.Row({PairName(link.source, link.target), std::to_string(link.correspondences),
+               ConsensusText(link), std::to_string(link.consensus_null),
                std::to_string(link.candidates), FixedText(100 * link.conflict, 1, field),
                FixedText(link.agreement, 2, field), std::to_string(link.planes),
                link.weakest_sigma_m ? FixedText(1000 * *link.weakest_sigma_m, 2, field) : "",
@@ -256,8 +254,8 @@ std::string LinkOriginTable(const RunRecord& run) {
              "<span class=\"soft\">Weakest &sigma;: formal standard deviation of the motion "
              "that the pair alone determines least, turns counted by the shift that they cause "
              "at its planes; above 5 mm it ends as weak, 100 m: nothing holds it. Pairs that "
-             "clouds or the network prove need no consensus; of those that the network predicted "
-             "no key points were asked.</span>");
+             "clouds or the network prove need no consensus; predicted: by the network, or by a "
+             "symmetry that other pairs have shown, so that no key points were asked.</span>");
 }
 
 std::string RejectedSection(const ReportDocument& document) {

@@ -39,7 +39,9 @@ std::string Unplaced(const RunRecord& run) {
     if (pose.status == StationStatus::kRegistered) continue;
     names += (names.empty() ? "" : ", ") + HtmlBold(pose.station);
   }
-  return names.empty() ? "" : HtmlSentence("Not placed, reasons under what was rejected: " + names);
+  return names.empty()
+             ? ""
+             : HtmlSentence("Not placed, reasons under what was rejected: " + names + ".");
 }
 
 }  // namespace

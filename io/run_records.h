@@ -101,10 +101,12 @@ struct LinkRecord {
   int consensus = 0;        ///< distinct inlier keypoints of the coarse transform
   int consensus_null = 0;   ///< best consensus of the permuted correspondences
   int candidates = 0;       ///< motions that were compared, the reported one among them
-  bool predicted = false;   ///< the network predicted the motion: no key points were asked
-  double overlap = 0.0;     ///< 0 to 1, the smaller of both directions
-  double conflict = 0.0;    ///< share of surfaces in view that a scanner saw through, worse side
-  double agreement = 0.0;   ///< score of the clouds under this motion; decides between candidates
+  /// The network, or a symmetry that other pairs have shown, predicted the reported motion: no key
+  /// points proposed it, so that it has no consensus.
+  bool predicted = false;
+  double overlap = 0.0;    ///< 0 to 1, the smaller of both directions
+  double conflict = 0.0;   ///< share of surfaces in view that a scanner saw through, worse side
+  double agreement = 0.0;  ///< score of the clouds under this motion; decides between candidates
   int planes = 0;
   /// Of points from the pair's adjusted planes, weighted as in that adjustment; absent without.
   std::optional<double> rms_m;

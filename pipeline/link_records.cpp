@@ -84,6 +84,7 @@ void FillMotion(const Station& source, const Station& target, const PairCandidat
   record->coarse = in_station_frames(motion.coarse.target_from_source);
   record->fine = in_station_frames(motion.fine.target_from_source);
   record->consensus = motion.coarse.consensus;
+  record->predicted = motion.predicted;
   record->fine_status = FineStatusName(motion.fine.status);
   record->overlap = verification.overlap;
   record->conflict = verification.worst_conflict();
@@ -140,7 +141,6 @@ LinkRecord MakeLinkRecord(const std::vector<Station>& stations, const Network& n
   record.correspondences = pair.correspondences;
   record.consensus_null = pair.consensus_null;
   record.candidates = static_cast<int>(pair.candidates.size());
-  record.predicted = pair.predicted;
   if (!pair.fault.empty()) {
     record.reason = pair.fault;
     return record;

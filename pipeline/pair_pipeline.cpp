@@ -159,6 +159,7 @@ PairCandidate MakeFromMotion(const Station& source, const Station& target,
   PairCandidate candidate =
       MakeCandidate(clouds, std::move(start), near.target, std::nullopt, 0, options, context);
   CheckPriors(source, target, &candidate);
+  candidate.predicted = true;
   return candidate;
 }
 

@@ -17,6 +17,7 @@ struct PairCandidate {
   CoarseCandidate coarse;
   FineResult fine;
   VerificationResult verification;
+  bool predicted = false;  ///< by the network or by a symmetry: no key points proposed it
 };
 
 /// One pair from features to verified motions. Frames: instrument.

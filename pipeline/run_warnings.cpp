@@ -88,17 +88,17 @@ void AddLinkWarnings(RunRecord* run) {
   }
 }
 
-/// "D - T (24.1 mm, 51.8 mm at the scanner)": what the link knows least, and what that is at the
-/// source's scanner.
+/// "D - T (24.1 mm; scanner's place 51.8 mm)": the sigmas of what the link knows least.
 std::string DescribeWeakness(const LinkRecord& link) {
-  std::string sigmas;
-  if (link.weakest_sigma_m) sigmas += fmt::format("{:.1f} mm", 1000.0 * *link.weakest_sigma_m);
+  constexpr double kOpen = 99.0;  // m: nothing holds it
+  const double weakest_m = link.weakest_sigma_m.value_or(kOpen);
+  std::string text =
+      fmt::format("{} - {} ({}", link.source, link.target,
+                  weakest_m < kOpen ? fmt::format("{:.1f} mm", 1000.0 * weakest_m) : "open");
   if (link.worst_place) {
-    sigmas += fmt::format("{}{:.1f} mm at the scanner", sigmas.empty() ? "" : ", ",
-                          1000.0 * link.worst_place->sigma_m);
+    text += fmt::format("; scanner's place {:.1f} mm", 1000.0 * link.worst_place->sigma_m);
   }
-  const std::string name = link.source + " - " + link.target;
-  return sigmas.empty() ? name : fmt::format("{} ({})", name, sigmas);
+  return text + ")";
 }
 
 /// Accepted links that leave one direction to the rest of the network, the weakest first.

@@ -63,8 +63,8 @@ bool IsUndecided(const LinkRecord& link) {
   return link.status == LinkStatus::kDoubtful || link.reason == "ambiguous";
 }
 
-/// "; 11 pair(s) doubtful or ambiguous, the least seen through first: S9 - S8 (far from start, 0.4
-/// %), ..." with what could decide. Empty where there is none.
+/// "; 11 pair(s) doubtful or ambiguous, the least seen through first: S9 - S8 (far from start,
+/// 0.4 %), ..." with what could decide. Empty where there is none.
 std::string DescribeUndecided(const std::vector<LinkRecord>& links, const Members& members) {
   std::vector<const LinkRecord*> undecided;
   bool untried = false;
@@ -86,8 +86,7 @@ std::string DescribeUndecided(const std::vector<LinkRecord>& links, const Member
   }
   return fmt::format(
       "; {} pair(s) doubtful or ambiguous, the least seen through first: {}; no loop of other "
-      "links "
-      "decides; a further station that overlaps with both sides could{}",
+      "links decides; a further station that overlaps with both sides could{}",
       names.size(), FirstNames(names, kNamed),
       untried ? ", or pairs that were not tried (pairs: include)" : "");
 }

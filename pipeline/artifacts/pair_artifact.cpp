@@ -38,7 +38,7 @@ void Transfer(Archive& archive, VerificationResult& result) {
 
 template <class Archive>
 void Transfer(Archive& archive, PairCandidate& candidate) {
-  archive(candidate.coarse, candidate.fine, candidate.verification);
+  archive(candidate.coarse, candidate.fine, candidate.verification, candidate.predicted);
 }
 
 template <class Archive>

@@ -45,7 +45,7 @@ TEST(ReportHtml, ShowsVerdictStationsAndLinks) {
     EXPECT_THAT(html, HasSubstr("<b>" + link.source + "</b> \xe2\x80\x93 <b>" + link.target +
                                 "</b></span></td>"));
   }
-  EXPECT_THAT(html, HasSubstr("under what was rejected: <b>S11</b>, <b>S12</b><"));
+  EXPECT_THAT(html, HasSubstr("under what was rejected: <b>S11</b>, <b>S12</b>.<"));
   EXPECT_EQ(Count(html, "<circle class=\"station\""), 10U);
   EXPECT_EQ(Count(html, "class=\"link accepted"), 9U);
   EXPECT_EQ(Count(html, "<path class=\"noloop\""), 3U);  // one, and two legends'
@@ -106,6 +106,9 @@ TEST(ReportHtml, MarksPredictedLinksAndSaysHowFarTheWorstIsOff) {
   link.network_residual_sigmas = 7.84;
   const std::string html = Html(run);
   EXPECT_EQ(Count(html, ">predicted<"), 1U);
+  run.links.back().status = LinkStatus::kRejected;
+  run.links.back().predicted = true;
+  EXPECT_EQ(Count(Html(run), ">predicted<"), 2U);
   EXPECT_THAT(html, HasSubstr("<b>432.1 mm</b><span>worst network residual: " + link.source +
                               " \xe2\x80\x93 " + link.target + ", 7.8 of its &sigma;</span>"));
 }

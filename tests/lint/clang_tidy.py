@@ -9,12 +9,14 @@ Most of clang-tidy's time goes into headers that all sources share. So sources t
 the same options and give their internal names to nothing in common are read as one; where that does
 not compile after all, each half by itself."""
 
+import bisect
 import collections
 import concurrent.futures
 import json
 import os
 import pathlib
 import re
+import shlex
 import subprocess
 import sys
 import tempfile
@@ -25,8 +27,8 @@ FOLDERS = ("core", "graph", "io", "stages", "pipeline")
 MOST_TOGETHER = 16
 DOES_NOT_COMPILE = "[clang-diagnostic-error]"
 
-# Highway's kernels include themselves, once for every instruction set.
-ALONE = re.compile(r"HWY_TARGET_INCLUDE")
+# What would reach the sources behind; Highway's kernels also include themselves.
+ALONE = re.compile(r"^\s*#\s*(define|undef|pragma)", re.MULTILINE)
 INTERNAL = re.compile(r"^namespace \{$(.*?)^\}  // namespace$", re.MULTILINE | re.DOTALL)
 # What begins in the first column: its name stands before the parameters, the value or the body.
 DEFINITION = re.compile(r"^(?!template)[a-zA-Z][^\n]*?(\w+) ?[(={;\[]", re.MULTILINE)
@@ -65,45 +67,75 @@ def make_groups(entries):
     return sorted(together + alone, key=len, reverse=True)
 
 
-def run(entries, scratch):
-    """What clang-tidy prints of these sources, and whether it found nothing."""
-    folder = pathlib.Path(tempfile.mkdtemp(dir=scratch))
+def tidy(database, source):
+    """What clang-tidy prints of a source, and whether it found nothing."""
+    done = subprocess.run(
+        ["clang-tidy", "-p", database, "--quiet", f"--config-file={ROOT / '.clang-tidy'}", source],
+        capture_output=True, text=True)
+    if done.returncode == 0:
+        return "", True
+    return done.stdout + (done.stderr if done.returncode < 0 or not done.stdout else ""), False
+
+
+def write_group(entries, folder):
+    """One source of all texts, with how it is compiled. Returns the line before each text."""
+    lines, before = [], []
+    for number, entry in enumerate(entries):
+        lines.append(f"#define BACKSIGHT_SOURCE_{number}")  # includes are counted anew after it
+        before.append(len(lines))
+        lines += pathlib.Path(entry["file"]).read_text(encoding="utf-8").splitlines()
     source = folder / "group.cpp"
-    source.write_text("".join(f'#include "{entry["file"]}"\n' for entry in entries))
+    source.write_text("\n".join(lines) + "\n", encoding="utf-8")
     # A name may hide one of another source.
-    command = f"{options_of(entries[0])} -Wno-shadow -o {folder}/group.o -c {source}"
+    command = f"{options_of(entries[0])} -Wno-shadow -o group.o -c {shlex.quote(str(source))}"
     database = [{"directory": entries[0]["directory"], "command": command, "file": str(source)}]
     (folder / "compile_commands.json").write_text(json.dumps(database))
-    tidy = subprocess.run(
-        ["clang-tidy", "-p", folder, "--quiet", f"--config-file={ROOT / '.clang-tidy'}", source],
-        capture_output=True, text=True)
-    if DOES_NOT_COMPILE in tidy.stdout and len(entries) > 1:
+    return before
+
+
+def run(entries, build, scratch):
+    """The same of all these sources."""
+    if len(entries) == 1:
+        return tidy(build, entries[0]["file"])
+    folder = pathlib.Path(tempfile.mkdtemp(dir=scratch))
+    before = write_group(entries, folder)
+    text, is_clean = tidy(folder, folder / "group.cpp")
+    if DOES_NOT_COMPILE in text:
         middle = len(entries) // 2
-        halves = [run(entries[:middle], scratch), run(entries[middle:], scratch)]
+        halves = [run(half, build, scratch) for half in (entries[:middle], entries[middle:])]
         return "".join(text for text, _ in halves), all(clean for _, clean in halves)
-    if tidy.returncode == 0:
-        return "", True
-    return tidy.stdout or tidy.stderr, False
+
+    def place(match):
+        line = int(match[1])
+        index = bisect.bisect_left(before, line) - 1
+        return f"{entries[index]['file']}:{line - before[index]}:"
+
+    return re.sub(rf"{re.escape(str(folder))}/group\.cpp:(\d+):", place, text), is_clean
 
 
 def main():
+    if len(sys.argv) < 2:
+        sys.exit(__doc__)
     build, *files = sys.argv[1:]
+    build = (ROOT / build).resolve()
     if not files:
         patterns = [f"{folder}/*.cpp" for folder in FOLDERS]
         files = subprocess.run(["git", "ls-files", "--", *patterns], cwd=ROOT, check=True,
                                capture_output=True, text=True).stdout.splitlines()
-    wanted = {str((ROOT / file).resolve()) for file in files}
-    database = json.loads((ROOT / build / "compile_commands.json").read_text())
-    entries = [entry for entry in database if entry["file"] in wanted]
-    missing = wanted - {entry["file"] for entry in entries}
+    wanted = {(ROOT / file).resolve() for file in files}
+    database = json.loads((build / "compile_commands.json").read_text())
+    entries = [entry for entry in database if pathlib.Path(entry["file"]).resolve() in wanted]
+    missing = wanted - {pathlib.Path(entry["file"]).resolve() for entry in entries}
     if missing or not entries:
-        sys.exit(f"clang_tidy: {build} compiles no {', '.join(sorted(missing)) or 'source'}")
+        names = ", ".join(sorted(map(str, missing)))
+        sys.exit(f"clang_tidy: {build} compiles no {names or 'source'}")
     started = time.monotonic()
-    jobs = int(os.environ.get("JOBS", os.cpu_count()))
+    jobs = int(os.environ.get("JOBS") or len(os.sched_getaffinity(0)))
     clean = True
     with tempfile.TemporaryDirectory(prefix="backsight-tidy-") as scratch, \
             concurrent.futures.ThreadPoolExecutor(jobs) as pool:
-        for text, is_clean in pool.map(lambda group: run(group, scratch), make_groups(entries)):
+        groups = make_groups(entries)
+        for text, is_clean in pool.map(lambda group: run(group, build, scratch), groups):
             print(text, end="")
             clean &= is_clean
     if not clean:

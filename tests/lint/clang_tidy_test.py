@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Sources that are read as one: which may be, and that a fault in any of them is found."""
 
+import json
 import pathlib
 import tempfile
 import unittest
@@ -33,7 +34,8 @@ class ClangTidy(unittest.TestCase):
                       for group in groups)
 
     def run_tidy(self, *entries):
-        return clang_tidy.run(list(entries), self.scratch.name)
+        (self.folder / "compile_commands.json").write_text(json.dumps(entries))
+        return clang_tidy.run(list(entries), self.folder, self.scratch.name)
 
     def test_internal_names(self):
         text = ("int Public();\nnamespace {\n\nconstexpr int kMost = 3;\n"
@@ -60,6 +62,18 @@ class ClangTidy(unittest.TestCase):
             text, is_clean = self.run_tidy(*entries)
             self.assertFalse(is_clean)
             self.assertIn("core/b.cpp:2:31: error: result of integer division", text)
+
+    def test_what_the_compiler_tells_of_main_files_only(self):
+        unused = self.entry("unused", "namespace {\nconstexpr double kOld = 3.0;\n}  // namespace\n",
+                            " -Wall -Wextra -Werror")
+        text, is_clean = self.run_tidy(unused, self.clean("a", "Rms"))
+        self.assertFalse(is_clean)
+        self.assertIn("core/unused.cpp:2:18: error: unused variable 'kOld'", text)
+
+    def test_each_source_may_include_the_same(self):
+        include = "#include <cmath>\ndouble %s() { return std::sqrt(2.0); }\n"
+        a, b = self.entry("a", include % "A"), self.entry("b", include % "B")
+        self.assertEqual(self.run_tidy(a, b), ("", True))
 
     def test_sources_that_do_not_compile_together_are_read_by_themselves(self):
         a, b, c = self.clean("a", "Rms"), self.clean("b", "Rms"), self.entry("c", FAULT)

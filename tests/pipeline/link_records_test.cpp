@@ -222,5 +222,18 @@ TEST(MakeLinkRecords, ResidualIsHowFarApartTheSourceStands) {
   EXPECT_EQ(*records[joined].rms_m, 0.002);
 }
 
+TEST(MakeLinkRecords, TheReportedMotionIsThePredictedOneOrNot) {
+  Survey survey(2, 3);
+  survey.network.component = {0, 0, -1};
+  survey.network.survey_from_station = survey.survey_from_station;
+  for (std::size_t p = 0; p < survey.pairs.size(); ++p) {
+    survey.network.reported.push_back(static_cast<int>(2 * p + 1));  // the second of each pair
+    survey.pairs[p].candidates[p == 0 ? 1 : 0].predicted = true;
+  }
+  const auto records = MakeLinkRecords(survey.stations, survey.pairs, survey.network);
+  EXPECT_TRUE(records[0].predicted);
+  for (std::size_t p = 1; p < records.size(); ++p) EXPECT_FALSE(records[p].predicted) << p;
+}
+
 }  // namespace
 }  // namespace backsight

@@ -42,6 +42,7 @@ TEST(AddMotion, LetsATrueMotionWinOverAContradictedOne) {
     Add(hall, Retract(hall.Truth(1, 0), RandomTwist(random, 0.01, 0.1)), &pair);
     EXPECT_TRUE(pair.accepted()) << "seed " << seed << " " << ToString(pair.reason());
     EXPECT_TRANSFORM_NEAR(Best(pair), hall.Truth(1, 0), kNearAngle, kNearDistance) << seed;
+    EXPECT_TRUE(pair.best()->predicted);
   }
 }
 
@@ -52,6 +53,7 @@ TEST(RegisterPairThoroughly, FindsTheTruthThatAFalseMotionStandsFor) {
   RegisterPairThoroughly(hall.stations, {}, ExecutionContext(1), &pair);
   EXPECT_TRUE(pair.accepted()) << ToString(pair.reason());
   EXPECT_TRANSFORM_NEAR(Best(pair), hall.Truth(1, 0), kNearAngle, kNearDistance);
+  EXPECT_FALSE(pair.best()->predicted) << "key points or votes proposed it";
 }
 
 TEST(PairUnits, TellThatASecondTryFailedWhichLeavesThePairAsItWas) {

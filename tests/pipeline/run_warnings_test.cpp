@@ -37,23 +37,29 @@ TEST(RunWarnings, LinksThatLeaveADirectionOpenAreNamedTogether) {
                                 Link("E", "weak", LinkStatus::kDoubtful)};
   links[0].weakest_sigma_m = 0.0062;
   links[3].weakest_sigma_m = 0.0241;
+  links.push_back(Link("F", "weak"));
+  links.back().weakest_sigma_m = 100.0;
   links[3].worst_place = WorstPlaceRecord{.sigma_m = 0.0518};
   const auto warnings = WarningsOf(links);
   EXPECT_THAT(warnings,
-              Contains(HasSubstr("2 accepted link(s) do not know one direction to 5 mm by "
-                                 "themselves, as along a street or a tunnel: D - T (24.1 mm, "
-                                 "51.8 mm at the scanner), A - T (6.2 mm); see")));
+              Contains(HasSubstr("3 accepted link(s) do not know one direction to 5 mm by "
+                                 "themselves, as along a street or a tunnel: F - T (open), D - T "
+                                 "(24.1 mm; scanner's place 51.8 mm), A - T (6.2 mm); see")));
   EXPECT_THAT(warnings, Not(Contains(HasSubstr("fine registration ended as"))));
 }
 
 TEST(RunWarnings, TenLinksAreNamedAndOthersCounted) {
   std::vector<LinkRecord> links;
-  for (int i = 1; i <= 10; ++i) links.push_back(Link(fmt::format("S{}", i), "weak"));
-  EXPECT_THAT(WarningsOf(links), Contains(HasSubstr("S10 - T; see")));
-  links.push_back(Link("S11", "weak"));
+  const auto add = [&](int i) {
+    links.push_back(Link(fmt::format("S{}", i), "weak"));
+    links.back().weakest_sigma_m = 0.006;
+  };
+  for (int i = 1; i <= 10; ++i) add(i);
+  EXPECT_THAT(WarningsOf(links), Contains(HasSubstr("S10 - T (6.0 mm); see")));
+  add(11);
   const auto warnings = WarningsOf(links);
   EXPECT_THAT(warnings, Contains(HasSubstr("11 accepted link(s) do not know")));
-  EXPECT_THAT(warnings, Contains(HasSubstr("S10 - T and others; see")));
+  EXPECT_THAT(warnings, Contains(HasSubstr("S10 - T (6.0 mm) and others; see")));
 }
 
 TEST(RunWarnings, LinksThatClaimTooMuchAreNamedWorstFirst) {
