@@ -9,6 +9,8 @@ namespace backsight {
 
 /// Quantiles of distances between surfaces, metres, without sign.
 struct DistanceFigures {
+  static constexpr std::uint64_t kFewest = 50;  ///< samples that speak of a pair of stations
+
   std::uint64_t samples = 0;
   double median_m = 0.0;
   double p68_m = 0.0;  ///< 68 % of the samples are no further apart

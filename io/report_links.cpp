@@ -168,14 +168,15 @@ constexpr const char* kLinkNotes =
     "counts as 50 points at most, and the planes of cells that are not quite flat count too. It "
     "tells pairs from each other; errors show in the surfaces. Empty: no planes. Surfaces: "
     "distances between both stations' surfaces where they finally stand (defined below, with "
-    "their number); empty: none could be compared. Place, worst &sigma;: formal standard "
-    "deviation of the source scanner's place in the direction in which the pair alone determines "
-    "it least, and that direction; azimuth from the plan's upward axis, clockwise. Network "
-    "residual: how far the source stands apart, by the link and by the adjusted network; in its "
-    "&sigma;: all six unknowns, by the pair's own standard deviations (systematic floor and "
-    "links' &sigma; factor included), root mean square; up to about 1 is usual; above 2 the pair "
-    "knows less than it says, or something is wrong there. 0 where no loop controls the link and "
-    "no planes were adjusted.</span>";
+    "their number); empty: fewer than 50 could be compared. Place, worst &sigma;: formal "
+    "standard deviation of the source scanner's place in the direction in which the pair alone "
+    "determines it least, and that direction; of the pair alone and without the systematic "
+    "floor, so that errors of several times this &sigma; occur; azimuth from the plan's upward "
+    "axis, clockwise. Network residual: how far the source stands apart, by the link and by the "
+    "adjusted network; in its &sigma;: all six unknowns, by the pair's own standard deviations "
+    "(systematic floor and links' &sigma; factor included), root mean square; up to about 1 is "
+    "usual; above 2 the pair knows less than it says, or something is wrong there. 0 where no "
+    "loop controls the link and no planes were adjusted.</span>";
 
 }  // namespace
 
@@ -203,12 +204,14 @@ std::string LinkTable(const RunRecord& run) {
     const auto mm = [&](const std::optional<double>& metres, int decimals) {
       return metres ? FixedText(1000 * *metres, decimals, field) : std::string();
     };
-    const bool apart = distance != distances.end();
-    const DistanceFigures figures = apart ? distance->second : DistanceFigures();
+    const DistanceFigures figures =
+        distance != distances.end() ? distance->second : DistanceFigures();
+    const bool compared = figures.samples >= DistanceFigures::kFewest;
     const bool directed = link.worst_place && target != poses.end();
     table.Row(
         {PairName(link.source, link.target), FixedText(100 * link.overlap, 0, field),
-         mm(link.rms_m, 2), apart ? mm(figures.median_m, 1) : "", apart ? mm(figures.p95_m, 1) : "",
+         mm(link.rms_m, 2), compared ? mm(figures.median_m, 1) : "",
+         compared ? mm(figures.p95_m, 1) : "",
          link.worst_place ? mm(link.worst_place->sigma_m, 2) : "",
          directed ? DirectionText(ShownPose(*target->second).rotation * link.worst_place->direction)
                   : "",
@@ -255,7 +258,8 @@ std::string LinkOriginTable(const RunRecord& run) {
              "that the pair alone determines least, turns counted by the shift that they cause "
              "at its planes; above 5 mm it ends as weak, 100 m: nothing holds it. Pairs that "
              "clouds or the network prove need no consensus; predicted: by the network, or by a "
-             "symmetry that other pairs have shown, so that no key points were asked.</span>");
+             "symmetry that other pairs have shown, after what key points had proposed, whose "
+             "number and chance stand beside it.</span>");
 }
 
 std::string RejectedSection(const ReportDocument& document) {

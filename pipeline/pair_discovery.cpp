@@ -271,8 +271,9 @@ class Discovery {
       skipped += fmt::format("{}{} {}", skipped.empty() ? "" : ", ", count, reason);
     }
     context_.Info(fmt::format(
-        "pairs: {} of {} tried, {} accepted, {} skipped{}; {} attempts: {} in full, {} again "
-        "thoroughly, {} from predicted poses; {} component(s)",
+        "pairs: {} of {} tried, {} accepted before the network decides, {} skipped{}; {} attempts: "
+        "{} in full, {} again thoroughly, {} from predicted poses; {} component(s), stations alone "
+        "among them",
         found.pairs.size(), candidates_.size(), accepted, found.skipped.size(),
         skipped.empty() ? "" : " (" + skipped + ")", full_ + predicted_, full_ - thorough_,
         thorough_, predicted_, found.components));

@@ -27,13 +27,15 @@ std::optional<PoseSigma> SigmaOnGround(const PoseRecord& pose) {
   return SigmaOf(pose.ground->enu_from_station, pose.ground->covariance);
 }
 
-/// Of the stations that are placed; none at all, or one of unknown sigma, is a failure.
-GateRecord JudgeSigmas(double limit_mm, const std::vector<PoseRecord>& poses) {
+/// Of the stations that are placed; none at all, or one of unknown sigma, is a failure. Says whose
+/// sigmas are not on the ground although there is control.
+GateRecord JudgeSigmas(double limit_mm, const std::vector<PoseRecord>& poses, bool has_control) {
   double worst_mm = 0.0;
-  int placed = 0, known = 0;
+  int placed = 0, known = 0, relative = 0;
   for (const PoseRecord& pose : poses) {
     if (pose.status != StationStatus::kRegistered) continue;
     ++placed;
+    if (has_control && !pose.ground) ++relative;
     const auto sigma = SigmaOnGround(pose);
     if (!sigma) continue;
     ++known;
@@ -41,6 +43,9 @@ GateRecord JudgeSigmas(double limit_mm, const std::vector<PoseRecord>& poses) {
   }
   std::string value = placed == 0 ? "no station placed" : fmt::format("{:.2f} mm", worst_mm);
   if (known < placed) value += fmt::format(", unknown of {} stations", placed - known);
+  if (relative > 0) {
+    value += fmt::format(", relative for {} stations that control does not tie", relative);
+  }
   return {"max_station_sigma_mm", fmt::format("{:g} mm", limit_mm), value,
           placed > 0 && known == placed && worst_mm <= limit_mm};
 }
@@ -109,7 +114,7 @@ std::vector<GateRecord> JudgeGates(const GateSpec& gates, const std::vector<Pose
     judged.push_back(JudgeCheckPoints(*gates.max_check_rmse_mm, georeference));
   }
   if (gates.max_station_sigma_mm) {
-    judged.push_back(JudgeSigmas(*gates.max_station_sigma_mm, poses));
+    judged.push_back(JudgeSigmas(*gates.max_station_sigma_mm, poses, !georeference.empty()));
   }
   if (gates.require_all_stations) {
     const int placed = CountPlaced(poses);

@@ -61,6 +61,20 @@ void AddComponentWarnings(RunRecord* run) {
   }
 }
 
+/// What users often know and do not say, where it could place more stations.
+void AddLevelHint(const SurveyProject& project, RunRecord* run) {
+  const bool apart = std::any_of(run->poses.begin(), run->poses.end(), [](const PoseRecord& pose) {
+    return pose.status == StationStatus::kNotRegistered || pose.component > 0;
+  });
+  const bool levelled = std::any_of(project.stations.begin(), project.stations.end(),
+                                    [](const StationSpec& station) { return station.levelled; });
+  if (!apart || levelled || project.stations.empty()) return;
+  run->warnings.emplace_back(
+      "no station is said to be levelled; where the instruments were, levelled: true in the "
+      "project "
+      "rules out placements at an angle, so that more stations can be placed");
+}
+
 void AddLinkWarnings(RunRecord* run) {
   for (const LinkRecord& link : run->links) {
     if (link.reason == "contradicts_network") {
@@ -115,10 +129,11 @@ void AddWeakLinkWarning(RunRecord* run) {
   weak.reserve(links.size());
   for (const LinkRecord* link : links) weak.push_back(DescribeWeakness(*link));
   run->warnings.push_back(fmt::format(
-      "{} accepted link(s) do not know one direction to 5 mm by themselves, as along a street or a "
-      "tunnel: {}; see the weakest sigma of the links; where they are all that leads on, the "
-      "stations' sigmas along it may be two or three times too small, which control at the far end "
-      "tells",
+      "{} accepted link(s) do not know one direction to 5 mm by themselves, as along a street, or "
+      "up and down where little ground is seen: {}; the table of links has the directions; where "
+      "such links are all that leads on, the stations' sigmas in that direction may be two or "
+      "three "
+      "times too small; control at the far end would tell",
       weak.size(), FirstNames(weak)));
 }
 
@@ -154,7 +169,8 @@ void AddDistanceWarnings(RunRecord* run) {
   std::set<std::set<std::string>> compared;
   const auto pairs = run->distances ? run->distances->pairs : std::vector<PairDistanceRecord>();
   for (const PairDistanceRecord& pair : pairs) {
-    if (pair.figures.samples > 0) compared.emplace(pair.stations.begin(), pair.stations.end());
+    if (pair.figures.samples >= DistanceFigures::kFewest)
+      compared.emplace(pair.stations.begin(), pair.stations.end());
   }
   std::vector<std::string> silent;
   for (const LinkRecord& link : run->links) {
@@ -165,10 +181,10 @@ void AddDistanceWarnings(RunRecord* run) {
   }
   if (silent.empty()) return;
   run->warnings.push_back(fmt::format(
-      "{} accepted link(s) join stations of which no surfaces were compared, so that the distances "
-      "say nothing of them (no planes in common, or none near each other): {}; look at both in the "
-      "cross sections",
-      silent.size(), FirstNames(silent)));
+      "{} accepted link(s) join stations whose surfaces could be compared in fewer than {} places, "
+      "so that the distances say nothing of them, as where both saw the same only from afar: {}; "
+      "look at both in the cross sections",
+      silent.size(), DistanceFigures::kFewest, FirstNames(silent)));
 }
 
 /// Stations whose pairs showed that their scanners stood elsewhere than their scans say.
@@ -249,6 +265,7 @@ void AddWarnings(const SurveyProject& project, const std::vector<Station>& stati
   AddPoseWarnings(run);
   AddAmbiguityWarnings(stations, network, run);
   AddComponentWarnings(run);
+  AddLevelHint(project, run);
   AddScannerWarnings(stations, run);
   AddLinkWarnings(run);
   AddWeakLinkWarning(run);

@@ -111,7 +111,8 @@ void PrintLast(const OpenedProject& opened, const RunPlan& plan, const JobStates
   if (report) fmt::print("last report: {} (exit code {})\n", report->verdict, report->exit_code);
   if (!run && !report && !may_go_on && states.jobs.jobs.empty() && !HasResults(plan)) {
     fmt::print(
-        "no run has left anything in {} or {}; one with --out or --work is found with the "
+        "no run has left a state in {} or a report in {}; one with --out or --work is found with "
+        "the "
         "same options\n",
         opened.work, opened.out);
   }

@@ -113,6 +113,18 @@ TEST(ReportHtml, MarksPredictedLinksAndSaysHowFarTheWorstIsOff) {
                               " \xe2\x80\x93 " + link.target + ", 7.8 of its &sigma;</span>"));
 }
 
+TEST(ReportHtml, DistancesOfAFewPlacesAreNoFigureOfALink) {
+  RunRecord run = SampleRun();
+  const LinkRecord& link = run.links[0];
+  ASSERT_EQ(link.status, LinkStatus::kAccepted);
+  PairDistanceRecord pair{{link.target, link.source}, {50, 0.1234, 0.2, 0.3456}};
+  run.distances->pairs = {pair};
+  const auto figures = HasSubstr("<td class=\"n\">123.4</td><td class=\"n\">345.6</td>");
+  EXPECT_THAT(Html(run), figures);
+  run.distances->pairs[0].figures.samples = 49;
+  EXPECT_THAT(Html(run), Not(figures));
+}
+
 TEST(ReportHtml, NamesTheFrameOfCoordinates) {
   RunRecord run = SampleRun();
   EXPECT_THAT(Html(run),

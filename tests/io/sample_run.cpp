@@ -54,6 +54,7 @@ LinkRecord SampleLink(const RunRecord& run, int source, int target, LinkStatus s
   link.overlap = random.Uniform(0.15, 0.7);
   if (status == LinkStatus::kRejected) {
     link.reason = "free_space_conflict";
+    link.agreement = -0.46;
     return link;
   }
   link.fine = link.coarse;

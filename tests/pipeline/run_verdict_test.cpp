@@ -93,6 +93,20 @@ TEST(JudgeGates, SigmasMustBeKnownAndSmall) {
   EXPECT_EQ(judge().value, "no station placed");
 }
 
+TEST(JudgeGates, SaysWhoseSigmasAreNotOnTheGround) {
+  GateSpec gates;
+  gates.max_station_sigma_mm = 1.5;
+  RunRecord run = WholeRun();
+  for (PoseRecord& pose : run.poses)
+    pose.ground = GroundPose{{}, *pose.covariance, {0.0, 0.0, 0.0}};
+  const std::vector<GeoreferenceRecord> control(1);
+  EXPECT_EQ(JudgeGates(gates, run.poses, control).at(0).value, "1.00 mm");
+  run.poses[1].ground.reset();
+  EXPECT_EQ(JudgeGates(gates, run.poses, control).at(0).value,
+            "1.00 mm, relative for 1 stations that control does not tie");
+  EXPECT_EQ(JudgeGates(gates, run.poses, {}).at(0).value, "1.00 mm");
+}
+
 TEST(JudgeGates, NamesTheStationsThatAreNotPlaced) {
   GateSpec gates;
   gates.require_all_stations = true;

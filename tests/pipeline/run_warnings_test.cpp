@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -43,8 +44,9 @@ TEST(RunWarnings, LinksThatLeaveADirectionOpenAreNamedTogether) {
   const auto warnings = WarningsOf(links);
   EXPECT_THAT(warnings,
               Contains(HasSubstr("3 accepted link(s) do not know one direction to 5 mm by "
-                                 "themselves, as along a street or a tunnel: F - T (open), D - T "
-                                 "(24.1 mm; scanner's place 51.8 mm), A - T (6.2 mm); see")));
+                                 "themselves, as along a street, or up and down where little "
+                                 "ground is seen: F - T (open), D - T (24.1 mm; scanner's place "
+                                 "51.8 mm), A - T (6.2 mm); the")));
   EXPECT_THAT(warnings, Not(Contains(HasSubstr("fine registration ended as"))));
 }
 
@@ -55,11 +57,11 @@ TEST(RunWarnings, TenLinksAreNamedAndOthersCounted) {
     links.back().weakest_sigma_m = 0.006;
   };
   for (int i = 1; i <= 10; ++i) add(i);
-  EXPECT_THAT(WarningsOf(links), Contains(HasSubstr("S10 - T (6.0 mm); see")));
+  EXPECT_THAT(WarningsOf(links), Contains(HasSubstr("S10 - T (6.0 mm); the")));
   add(11);
   const auto warnings = WarningsOf(links);
   EXPECT_THAT(warnings, Contains(HasSubstr("11 accepted link(s) do not know")));
-  EXPECT_THAT(warnings, Contains(HasSubstr("S10 - T (6.0 mm) and others; see")));
+  EXPECT_THAT(warnings, Contains(HasSubstr("S10 - T (6.0 mm) and others; the")));
 }
 
 TEST(RunWarnings, LinksThatClaimTooMuchAreNamedWorstFirst) {
@@ -116,6 +118,40 @@ TEST(RunWarnings, APartThatStandsApartIsOneWarning) {
   run.warnings.clear();
   AddWarnings(SurveyProject(), {}, PairDiscovery(), Network(), GeoreferencedNetwork(), &run);
   EXPECT_THAT(run.warnings, Contains(HasSubstr("other stations; control alone places it; 2 pair")));
+}
+
+TEST(RunWarnings, WhereStationsStandApartLevelledOnesAreAskedFor) {
+  SurveyProject project;
+  project.stations.resize(2);
+  const auto hinted = [&](StationStatus status, int component) {
+    RunRecord run;
+    run.poses.resize(2);
+    run.poses[0].status = StationStatus::kRegistered;
+    run.poses[0].component = 0;
+    run.poses[1].status = status;
+    run.poses[1].component = component;
+    AddWarnings(project, {}, PairDiscovery(), Network(), GeoreferencedNetwork(), &run);
+    return std::count_if(run.warnings.begin(), run.warnings.end(), [](const std::string& text) {
+      return text.starts_with("no station is said to be levelled");
+    });
+  };
+  EXPECT_EQ(hinted(StationStatus::kRegistered, 0), 0);
+  EXPECT_EQ(hinted(StationStatus::kUnreadable, -1), 0);
+  EXPECT_EQ(hinted(StationStatus::kRegistered, 1), 1);
+  EXPECT_EQ(hinted(StationStatus::kNotRegistered, -1), 1);
+  project.stations[1].levelled = true;
+  EXPECT_EQ(hinted(StationStatus::kNotRegistered, -1), 0);
+}
+
+TEST(RunWarnings, LinksWithFewDistancesAreNamed) {
+  RunRecord run;
+  run.links = {Link("A", "refined"), Link("B", "refined"), Link("C", "refined")};
+  run.distances.emplace();
+  run.distances->pairs = {{{"A", "T"}, {.samples = 50}}, {{"T", "B"}, {.samples = 49}}};
+  AddWarnings(SurveyProject(), {}, PairDiscovery(), Network(), GeoreferencedNetwork(), &run);
+  EXPECT_THAT(run.warnings, Contains(HasSubstr("2 accepted link(s) join stations whose surfaces "
+                                               "could be compared in fewer than 50 places")));
+  EXPECT_THAT(run.warnings, Contains(HasSubstr("only from afar: B - T, C - T; look")));
 }
 
 TEST(RunWarnings, ALinkThatNothingRefinedIsNamedAlone) {
