@@ -71,8 +71,7 @@ void AddLevelHint(const SurveyProject& project, RunRecord* run) {
   if (!apart || levelled || project.stations.empty()) return;
   run->warnings.emplace_back(
       "no station is said to be levelled; where the instruments were, levelled: true in the "
-      "project "
-      "rules out placements at an angle, so that more stations can be placed");
+      "project rules out placements at an angle, so that more stations can be placed");
 }
 
 void AddLinkWarnings(RunRecord* run) {
@@ -132,8 +131,7 @@ void AddWeakLinkWarning(RunRecord* run) {
       "{} accepted link(s) do not know one direction to 5 mm by themselves, as along a street, or "
       "up and down where little ground is seen: {}; the table of links has the directions; where "
       "such links are all that leads on, the stations' sigmas in that direction may be two or "
-      "three "
-      "times too small; control at the far end would tell",
+      "three times too small; control at the far end would tell",
       weak.size(), FirstNames(weak)));
 }
 
@@ -169,8 +167,8 @@ void AddDistanceWarnings(RunRecord* run) {
   std::set<std::set<std::string>> compared;
   const auto pairs = run->distances ? run->distances->pairs : std::vector<PairDistanceRecord>();
   for (const PairDistanceRecord& pair : pairs) {
-    if (pair.figures.samples >= DistanceFigures::kFewest)
-      compared.emplace(pair.stations.begin(), pair.stations.end());
+    if (pair.figures.samples < DistanceFigures::kFewest) continue;
+    compared.emplace(pair.stations.begin(), pair.stations.end());
   }
   std::vector<std::string> silent;
   for (const LinkRecord& link : run->links) {

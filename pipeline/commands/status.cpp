@@ -112,8 +112,7 @@ void PrintLast(const OpenedProject& opened, const RunPlan& plan, const JobStates
   if (!run && !report && !may_go_on && states.jobs.jobs.empty() && !HasResults(plan)) {
     fmt::print(
         "no run has left a state in {} or a report in {}; one with --out or --work is found with "
-        "the "
-        "same options\n",
+        "the same options\n",
         opened.work, opened.out);
   }
 }
