@@ -148,7 +148,7 @@ TEST(RunJson, ParsesBackWithStableKeys) {
   const RunRecord run = SampleRun();
   const std::string text = ReportText(run);
   EXPECT_EQ(text, ReportText(run));
-  EXPECT_THAT(text, StartsWith("{\n  \"schema_version\": 3,\n"));
+  EXPECT_THAT(text, StartsWith("{\n  \"schema_version\": 4,\n"));
   const auto json = nlohmann::ordered_json::parse(text);
   std::vector<std::string> keys;
   for (const auto& [key, value] : json.items()) keys.push_back(key);
