@@ -32,6 +32,9 @@ class CsvBuilder {
   void Integer(const std::string& column, std::optional<int> value) {
     Text(column, value ? std::to_string(*value) : std::string());
   }
+  void Boolean(const std::string& column, std::optional<bool> value) {
+    Text(column, !value ? "" : *value ? "true" : "false");
+  }
   void Transform(const std::string& prefix, const std::optional<RigidTransform>& transform) {
     std::vector<double> v;
     if (transform) {
@@ -115,7 +118,7 @@ void FillNetworkErrors(CsvBuilder& csv, const LinkRecord& link) {
 }
 
 void FillLink(CsvBuilder& csv, const LinkRecord& link) {
-  const auto tried = [&](int value) {
+  const auto tried = [&](auto value) {
     return link.status != LinkStatus::kSkipped ? std::optional(value) : std::nullopt;
   };
   const bool aligned = link.fine.has_value() || link.coarse.has_value();
@@ -138,9 +141,7 @@ void FillLink(CsvBuilder& csv, const LinkRecord& link) {
   csv.Real("network_weight", link.network_weight);
   csv.Real("network_residual_m", link.network_residual_m);
   csv.Real("network_residual_deg", link.network_residual_deg);
-  csv.Text("loop_controlled", !link.loop_controlled   ? ""
-                              : *link.loop_controlled ? "true"
-                                                      : "false");
+  csv.Boolean("loop_controlled", link.loop_controlled);
   csv.Integer("candidates", aligned ? std::optional(link.candidates) : std::nullopt);
   csv.Real("conflict", aligned ? std::optional(link.conflict) : std::nullopt);
   csv.Real("agreement", aligned ? std::optional(link.agreement) : std::nullopt);
@@ -154,9 +155,7 @@ void FillLink(CsvBuilder& csv, const LinkRecord& link) {
   csv.Real("worst_place_x", worst_place(place.direction.x()));
   csv.Real("worst_place_y", worst_place(place.direction.y()));
   csv.Real("worst_place_z", worst_place(place.direction.z()));
-  csv.Text("predicted", link.status == LinkStatus::kSkipped ? ""
-                        : link.predicted                    ? "true"
-                                                            : "false");
+  csv.Boolean("predicted", tried(link.predicted));
 }
 
 template <typename Record>
